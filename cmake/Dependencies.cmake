@@ -1,0 +1,26 @@
+# Every library that is not ours, found once. README.md says why each was chosen.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Boost 1.81 REQUIRED)  # Asio and Beast: headers only
+find_package(OpenSSL REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(OpenEXR REQUIRED)
+find_package(PNG REQUIRED)
+find_package(TBB REQUIRED)
+find_package(tinyobjloader REQUIRED)
+find_package(SQLite3 REQUIRED)
+pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
+
+# Embree 3 in Debian 12, Embree 4 in Debian 13: worker/accel alone knows which.
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3 REQUIRED)
+endif()
+
+if(TESSERA_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,41 @@
+#include "common/base/error.hpp"
+
+#include <fmt/format.h>
+
+namespace tessera {
+
+std::string Place::text() const {
+  std::string out = file;
+  if (line > 0) out += fmt::format("{}{}", out.empty() ? "line " : ":", line);
+  if (column > 0) out += fmt::format(":{}", column);
+  if (!key.empty()) out += (out.empty() ? "" : ": ") + key;
+  return out;
+}
+
+namespace {
+std::string whole(const std::string& message, const Place& place) {
+  const std::string where = place.text();
+  return where.empty() ? message : where + ": " + message;
+}
+}  // namespace
+
+Error::Error(ErrorKind kind, std::string message, Place place)
+    : std::runtime_error(whole(message, place)),
+      kind_(kind),
+      place_(std::move(place)),
+      message_(std::move(message)) {}
+
+int exit_code(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::bad_input:
+    case ErrorKind::too_large: return 2;
+    case ErrorKind::unreachable: return 3;
+    case ErrorKind::refused: return 4;
+    case ErrorKind::not_found:
+    case ErrorKind::conflict:
+    case ErrorKind::failed: break;
+  }
+  return 1;
+}
+
+}  // namespace tessera

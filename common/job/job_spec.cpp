@@ -1,0 +1,147 @@
+#include "common/job/job_spec.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.hpp"
+#include "common/base/json.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/names.hpp"
+
+namespace tessera {
+
+namespace {
+
+[[noreturn]] void bad(const char* key, const std::string& message) {
+  throw Error(ErrorKind::bad_input, message, {.key = key});
+}
+
+void within(const char* key, std::int64_t value, std::int64_t low, std::int64_t high) {
+  if (value < low || value > high)
+    bad(key, fmt::format("expected a whole number from {} to {}, found {}", low, high, value));
+}
+
+Json render_json(const RenderSettings& render) {
+  return {{"width", render.width},
+          {"height", render.height},
+          {"samples", render.samples},
+          {"bounces", render.bounces},
+          {"integrator", render.integrator},
+          {"sampler", render.sampler},
+          {"filter", render.filter},
+          {"filter_width", render.filter_width},
+          {"light_samples", render.light_samples},
+          {"seed", render.seed}};
+}
+
+RenderSettings render_from(const Json& json, const std::string& path) {
+  RenderSettings render;
+  ObjectReader in(json, path);
+  render.width = static_cast<int>(in.integer("width", 1, limits::film_side_max));
+  render.height = static_cast<int>(in.integer("height", 1, limits::film_side_max));
+  render.samples = in.integer_or("samples", 1, limits::samples_max, render.samples);
+  render.bounces = static_cast<int>(in.integer_or("bounces", 0, limits::bounces_max, render.bounces));
+  render.integrator = in.text_or("integrator", render.integrator);
+  render.sampler = in.text_or("sampler", render.sampler);
+  render.filter = in.text_or("filter", render.filter);
+  render.filter_width = in.number_or("filter_width", 0, 64, render.filter_width);
+  render.light_samples =
+      static_cast<int>(in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
+  render.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
+  in.finish();
+  return render;
+}
+
+FrameRange frames_from(const Json& json, const std::string& path) {
+  FrameRange frames;
+  ObjectReader in(json, path);
+  constexpr std::int64_t most = 1'000'000;
+  frames.first = static_cast<std::int32_t>(in.integer("first", -most, most));
+  frames.last = static_cast<std::int32_t>(in.integer_or("last", frames.first, most, frames.first));
+  frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, most, 1));
+  in.finish();
+  return frames;
+}
+
+}  // namespace
+
+void check(const JobSpec& spec) {
+  if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
+  within("priority", spec.priority, -100, 100);
+  if (spec.camera.size() > 256) bad("camera", "expected at most 256 bytes");
+  const RenderSettings& render = spec.render;
+  within("render.width", render.width, 1, limits::film_side_max);
+  within("render.height", render.height, 1, limits::film_side_max);
+  const std::int64_t pixels = static_cast<std::int64_t>(render.width) * render.height;
+  if (pixels > limits::film_pixels_max)
+    bad("render.width", fmt::format("a film of {} by {} has more than the {} pixels that a frame may have", render.width,
+                                    render.height, limits::film_pixels_max));
+  within("render.samples", render.samples, 1, limits::samples_max);
+  within("render.bounces", render.bounces, 0, limits::bounces_max);
+  within("render.light_samples", render.light_samples, 1, limits::light_samples_max);
+  for (const auto& [key, name] : {std::pair("render.integrator", &render.integrator),
+                                  std::pair("render.sampler", &render.sampler), std::pair("render.filter", &render.filter)})
+    if (!is_plain_name(*name)) bad(key, "expected 1 to 128 bytes without control characters");
+  if (!(render.filter_width >= 0 && render.filter_width <= 64)) bad("render.filter_width", "expected a number from 0 to 64");
+  if (spec.frames.last < spec.frames.first || spec.frames.step < 1) bad("frames", "expected first ≤ last and step ≥ 1");
+  within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
+  within("pass", spec.pass, 1, limits::pass_samples_max);
+  within("aov_samples", spec.aov_samples, 1, limits::samples_max);
+  const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) * ((render.height + spec.tile - 1LL) / spec.tile);
+  const std::int64_t passes = render.samples / spec.pass + 6;
+  if (tiles > limits::tasks_max / passes / spec.frames.count())
+    bad("tile", fmt::format("{} tiles, about {} passes and {} frames are more than the {} tasks that a job may have", tiles,
+                            passes, spec.frames.count(), limits::tasks_max));
+}
+
+nlohmann::json to_json(const JobSpec& spec) {
+  return {{"name", spec.name},
+          {"priority", spec.priority},
+          {"bundle", spec.bundle.hex()},
+          {"camera", spec.camera},
+          {"frames", {{"first", spec.frames.first}, {"last", spec.frames.last}, {"step", spec.frames.step}}},
+          {"render", render_json(spec.render)},
+          {"tile", spec.tile},
+          {"pass", spec.pass},
+          {"aov_samples", spec.aov_samples},
+          {"mixed", spec.mixed}};
+}
+
+JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) {
+  JobSpec spec;
+  ObjectReader in(json, path);
+  spec.name = in.text("name");
+  spec.priority = static_cast<int>(in.integer_or("priority", -100, 100, 0));
+  const auto bundle = Digest::from_hex(in.text("bundle"));
+  if (!bundle) in.fail("bundle", "expected a SHA-256 as 64 hexadecimal digits");
+  spec.bundle = *bundle;
+  spec.camera = in.text_or("camera", "");
+  if (const Json* frames = in.optional("frames")) spec.frames = frames_from(*frames, in.path_of("frames"));
+  spec.render = render_from(in.required("render"), in.path_of("render"));
+  spec.tile = static_cast<int>(in.integer_or("tile", limits::tile_side_min, limits::tile_side_max, spec.tile));
+  spec.pass = static_cast<int>(in.integer_or("pass", 1, limits::pass_samples_max, spec.pass));
+  spec.aov_samples = static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
+  spec.mixed = in.boolean_or("mixed", false);
+  in.finish();
+  check(spec);
+  return spec;
+}
+
+namespace {
+Digest plan_digest(const JobSpec& spec) {
+  Json decisive = to_json(spec);
+  decisive.erase("name");
+  decisive.erase("priority");
+  decisive["plan"] = 1;  // counts changes of the rule for tiles and passes
+  return digest_of(decisive.dump());
+}
+}  // namespace
+
+JobPlan::JobPlan(const JobSpec& job)
+    : spec(job),
+      grid(job.render.width, job.render.height, job.tile),
+      passes(job.render.samples, job.pass),
+      digest(plan_digest(job)) {}
+
+}  // namespace tessera

@@ -1,0 +1,130 @@
+#pragma once
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/clock.hpp"
+#include "common/job/job_spec.hpp"
+#include "common/wire/messages.hpp"
+#include "server/schedule/scheduler.hpp"
+
+/// The one door to the coordinator's state. It joins scheduler, store and film: sessions bring workers' messages, HTTP brings
+/// people's requests. Everything here runs on one executor (the I/O thread); what decodes, encodes, hashes or syncs
+/// is done by its pool, and an awaitable resumes on the I/O thread.
+namespace tessera::server {
+
+/// How the coordinator speaks to one connected worker; a session implements it. Neither call blocks or throws.
+class WorkerLink {
+ public:
+  virtual ~WorkerLink() = default;
+  virtual void send(wire::Message message) = 0;
+  /// The connection is to end; worker_left still comes.
+  virtual void close(std::string reason) = 0;
+};
+
+/// What HTTP and the client show of a job.
+struct JobStatus {
+  JobView view;
+  std::shared_ptr<const JobPlan> plan;
+  UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
+  double progress = 0;                                ///< 0…1, by samples
+  double render_seconds = 0;                          ///< from the first lease granted to the last fold (or to now)
+  std::int64_t rays = 0;
+  std::int64_t rejected_samples = 0;                  ///< NaN or Inf, counted as black
+  struct Share {
+    std::string worker;
+    std::int64_t samples = 0;
+  };
+  std::vector<Share> shares;                          ///< by worker, most first
+};
+
+/// One encoded picture; shared by all who asked for the same version.
+struct Picture {
+  std::uint64_t version = 0;  ///< grows with every fold of the frame; the ETag
+  std::shared_ptr<const std::vector<std::byte>> bytes;
+};
+
+/// Something that listeners are told of; `data` is a JSON object.
+struct Event {
+  std::uint64_t number = 0;
+  std::string type;  ///< "job", "frame" (a new version of a picture), "worker"
+  JobId job = 0;     ///< 0 for events of no job
+  std::string data;
+};
+
+/// A listener's queue. It holds at most limits::event_backlog events; a listener that is slower loses the oldest, and is told
+/// so by an event of type "lost".
+class Subscription {
+ public:
+  virtual ~Subscription() = default;
+  /// The next event; nullopt after `wait` without one, or when the coordinator stops.
+  virtual boost::asio::awaitable<std::optional<Event>> next(Duration wait) = 0;
+};
+
+struct CoordinatorSettings {
+  std::filesystem::path data;            ///< the data folder; locked while running
+  int pool_threads = 2;
+  std::string blob_url;                  ///< given to workers; empty: made from the address that the worker dialled
+  SchedulerSettings scheduler;           ///< its epoch is set by the store
+  bool durable = true;                   ///< false: no fsync (for the benchmark that shows its cost)
+};
+
+class Coordinator {
+ public:
+  /// Opens (or makes) the data folder, reads jobs and index back. Throws Error with the file's name: locked by another
+  /// coordinator, damaged, of a newer schema, not writable.
+  static std::unique_ptr<Coordinator> open(boost::asio::any_io_executor executor, CoordinatorSettings settings);
+  virtual ~Coordinator() = default;
+
+  // ---- people's side ----
+  /// Durable when it resumes. Throws Error{bad_input} for a spec that check() refuses, Error{conflict} if the bundle or a blob
+  /// that it names is not in the blob store.
+  virtual boost::asio::awaitable<JobId> submit(JobSpec spec) = 0;
+  [[nodiscard]] virtual std::vector<JobStatus> jobs() const = 0;
+  [[nodiscard]] virtual std::optional<JobStatus> job(JobId id) const = 0;
+  /// Each throws Error{not_found}, or Error{conflict} where the job's state does not allow it.
+  virtual boost::asio::awaitable<void> cancel(JobId id) = 0;
+  virtual boost::asio::awaitable<void> pause(JobId id) = 0;
+  virtual boost::asio::awaitable<void> resume(JobId id) = 0;
+  virtual boost::asio::awaitable<void> set_priority(JobId id, int priority) = 0;
+
+  // ---- pictures ----
+  /// The frame as far as it is folded, whole and consistent. Throws Error{not_found}.
+  virtual boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) = 0;
+  virtual boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame, double exposure_stops) = 0;
+  /// The tiles whose last fold is newer than version `since`, in the binary form that server/http/README.md describes.
+  virtual boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame, std::uint64_t since) = 0;
+  /// The present version without encoding anything.
+  [[nodiscard]] virtual std::optional<std::uint64_t> version(JobId id, std::int32_t frame) const = 0;
+
+  // ---- listening ----
+  /// Events of one job, or of all.
+  virtual std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) = 0;
+
+  // ---- workers ----
+  [[nodiscard]] virtual std::vector<WorkerView> workers() const = 0;
+  virtual void drain_worker(WorkerId worker) = 0;
+  [[nodiscard]] virtual std::uint64_t epoch() const = 0;
+
+  // ---- sessions' side: called on the I/O thread ----
+  /// `link` must outlive the matching worker_left.
+  virtual WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) = 0;
+  virtual void worker_heard(WorkerId worker) = 0;
+  /// Any message after hello but a result.
+  virtual void worker_said(WorkerId worker, wire::Message message) = 0;
+  /// `exr` is the body. The answer (accepted, stale, rejected) is sent over the link when it is known.
+  virtual void worker_result(WorkerId worker, wire::Result result, std::vector<std::byte> exr) = 0;
+  virtual void worker_left(WorkerId worker, bool clean) = 0;
+
+  /// Stops the timers, finishes what is being journaled, closes the links. Call before the executor stops.
+  virtual boost::asio::awaitable<void> stop() = 0;
+};
+
+}  // namespace tessera::server
