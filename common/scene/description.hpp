@@ -8,8 +8,9 @@
 
 #include "common/job/job_spec.hpp"
 
-/// A scene as a person wrote it, parsed and checked, before anything renders. Right-handed, y up by convention, metres unless
-/// the file's author thinks otherwise; colours are linear Rec.709. Everything is a plain value.
+/// A scene as a person wrote it, parsed and checked, before anything renders. Right-handed, y up by
+/// convention, metres unless the file's author thinks otherwise; colours are linear Rec.709.
+/// Everything is a plain value.
 namespace tessera::scene {
 
 using Vec3 = std::array<double, 3>;
@@ -33,11 +34,12 @@ struct Diffuse {
 struct Mirror {
   Color reflectance{1, 1, 1};  ///< 0…1
 };
-/// Smooth interface between air and a dielectric; the shape must be closed for refraction to make sense.
+/// Smooth interface between air and a dielectric; the shape must be closed for refraction to make
+/// sense.
 struct Dielectric {
-  double ior = 1.5;               ///< inside over outside, > 0
-  Color transmittance{1, 1, 1};   ///< multiplies what passes the interface, 0…1
-  Color reflectance{1, 1, 1};     ///< multiplies what is reflected, 0…1
+  double ior = 1.5;              ///< inside over outside, > 0
+  Color transmittance{1, 1, 1};  ///< multiplies what passes the interface, 0…1
+  Color reflectance{1, 1, 1};    ///< multiplies what is reflected, 0…1
 };
 /// Emits and does not scatter.
 struct Emitter {
@@ -50,8 +52,8 @@ struct Material {
 };
 
 // ---- shapes, each in its own space ----
-/// Parallelogram: corner + s·edge_u + t·edge_v, s, t in 0…1; the normal is along edge_u × edge_v. Edges need not be at right
-/// angles.
+/// Parallelogram: corner + s·edge_u + t·edge_v, s, t in 0…1; the normal is along edge_u × edge_v.
+/// Edges need not be at right angles.
 struct Quad {
   Vec3 corner{}, edge_u{1, 0, 0}, edge_v{0, 1, 0};
 };
@@ -64,7 +66,8 @@ struct Sphere {
 struct Box {
   Vec3 low{0, 0, 0}, high{1, 1, 1};
 };
-/// Triangles, counter-clockwise from outside. Counts are those of vertices; normals and uvs are empty or as many.
+/// Triangles, counter-clockwise from outside. Counts are those of vertices; normals and uvs are
+/// empty or as many.
 struct Mesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<float, 3>> normals;
@@ -72,7 +75,7 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 struct Shape {
-  std::string name;            ///< for errors and later for ids
+  std::string name;  ///< for errors and later for ids
   std::variant<Quad, Sphere, Box, Mesh> geometry;
   std::uint32_t material = 0;  ///< index into Scene::materials
   Transform to_world;          ///< or to its object's space, where it stands in an object
@@ -104,10 +107,10 @@ struct Scene {
   std::vector<Camera> cameras;  ///< at least one
   std::optional<Environment> environment;
   std::vector<Material> materials;
-  std::vector<Shape> shapes;    ///< placed once, in the world
+  std::vector<Shape> shapes;  ///< placed once, in the world
   std::vector<Object> objects;
   std::vector<Instance> instances;
-  RenderSettings render;        ///< what the scene file asks for; a command line may override it
+  RenderSettings render;  ///< what the scene file asks for; a command line may override it
 };
 
 }  // namespace tessera::scene

@@ -1,0 +1,24 @@
+#pragma once
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "common/job/job_spec.hpp"
+
+/// The names by which a scene and a command line choose how to render. The renderer's tables hold
+/// what they mean, and a test compares the two: whoever adds an integrator, a sampler or a filter
+/// adds its name here.
+namespace tessera::scene {
+
+inline constexpr std::array<std::string_view, 1> integrator_names{"path"};
+inline constexpr std::array<std::string_view, 1> sampler_names{"sobol_owen"};
+inline constexpr std::array<std::string_view, 4> filter_names{"blackman_harris", "box", "gaussian",
+                                                              "tent"};
+
+/// Throws Error{bad_input} that names the nearest, at the key `key`, if `name` is not in `names`.
+void check_name(std::string_view kind, std::string_view name,
+                const std::vector<std::string_view>& names, std::string_view key);
+/// The three names of `render`; keys are "integrator", "sampler", "filter".
+void check_names(const RenderSettings& render);
+
+}  // namespace tessera::scene

@@ -1,0 +1,75 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/scene/description.hpp"
+
+/// Reading scenes. scenes/README.md is the format's reference.
+namespace tessera::scene {
+
+/// Where a scene's files are. A path within a scene is relative to the scene's folder, with '/'
+/// between its parts, and names nothing outside it: see checked_path().
+class SceneFiles {
+ public:
+  virtual ~SceneFiles() = default;
+  /// The file on this machine that holds the bytes of `path`. Throws Error{not_found} if the scene
+  /// has no such file, and Error{bad_input} if the path leads outside.
+  [[nodiscard]] virtual std::filesystem::path locate(const std::string& path) const = 0;
+};
+
+/// The files of a scene that lies in a plain folder. Symbolic links that lead outside the folder
+/// are refused.
+class FolderFiles : public SceneFiles {
+ public:
+  explicit FolderFiles(const std::filesystem::path& folder);
+  [[nodiscard]] std::filesystem::path locate(const std::string& path) const override;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// The files of a scene that came as a bundle: path in the scene → file on disk (a blob). Nothing
+/// else can be named.
+class BundleFiles : public SceneFiles {
+ public:
+  explicit BundleFiles(std::map<std::string, std::filesystem::path> files);
+  [[nodiscard]] std::filesystem::path locate(const std::string& path) const override;
+
+ private:
+  std::map<std::string, std::filesystem::path> files_;
+};
+
+/// A path that stays within its scene, in its one spelling ("./a//b.obj" becomes "a/b.obj"). Throws
+/// Error{bad_input} for one that is empty, absolute, longer than limits::bundle_path, or has "..",
+/// a backslash or a control character in it.
+std::string checked_path(std::string_view path);
+
+/// A file that a scene uses.
+struct UsedFile {
+  std::string path;            ///< in the scene
+  std::filesystem::path file;  ///< on this machine
+};
+
+struct LoadedScene {
+  Scene scene;
+  std::vector<UsedFile>
+      files;  ///< the scene file first, then what it names, each once, in the order of first use
+};
+
+/// Reads the scene file `path` and all that it uses. Throws Error with file, line, column and key.
+LoadedScene load_scene(const SceneFiles& files, const std::string& path);
+
+/// The scene file at `file`, in a plain folder: its folder is the scene's.
+LoadedScene load_scene(const std::filesystem::path& file);
+
+/// What `load_scene` would list, without reading meshes: the scene is checked, the files need only
+/// be there.
+std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path);
+
+/// Parses a scene from memory; `name` stands in errors, `files` has what it names.
+Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files);
+
+}  // namespace tessera::scene
