@@ -1,0 +1,71 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "common/image/picture.hpp"
+#include "common/image/tile.hpp"
+#include "common/job/tile_grid.hpp"
+#include "server/film/film_tile.hpp"
+
+/// What a frame has gathered so far, and how it is looked at. Pure: no thread, no file.
+namespace tessera::server {
+
+/// A film as it stood at one version. Its tiles never change, so that any thread may read it while the film goes on.
+struct FilmSnapshot {
+  TileGrid grid;
+  std::uint64_t version = 0;
+  std::vector<std::shared_ptr<const FilmTile>> tiles;  ///< by index in the grid; nullptr where nothing has arrived
+  std::vector<std::uint64_t> versions;                 ///< the film's version when each tile changed last; 0: never
+};
+
+/// The film of one frame. Its version grows by one with every change. Tiles are copied on write: a snapshot costs a pointer
+/// a tile. One thread at a time.
+class Film {
+ public:
+  /// Empty. `version` is where counting goes on after a start: at least the last version that anyone was told.
+  explicit Film(const TileGrid& grid, std::uint64_t version = 0);
+
+  [[nodiscard]] const TileGrid& grid() const { return grid_; }
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+  /// Passes folded into a tile: the next one that it takes.
+  [[nodiscard]] std::uint32_t passes(std::uint32_t tile) const;
+  /// The tile as it stands, nullptr where nothing has arrived; it will not change.
+  [[nodiscard]] std::shared_ptr<const FilmTile> tile(std::uint32_t tile);
+
+  /// Folds the result of pass passes(tile) in.
+  void fold(std::uint32_t tile, const image::TileImage& pass);
+  /// Puts a tile in that was folded elsewhere (on a pool's thread, by folded()).
+  void put(std::uint32_t tile, std::shared_ptr<const FilmTile> folded);
+  /// Puts a tile back that was read from the store. The version stays; the tile counts as changed at it.
+  void restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored);
+
+  [[nodiscard]] FilmSnapshot snapshot();
+
+ private:
+  struct Slot {
+    std::shared_ptr<const FilmTile> tile;
+    std::shared_ptr<FilmTile> own;  ///< the same tile while nobody else has been given it
+    std::uint64_t version = 0;
+  };
+
+  TileGrid grid_;
+  std::uint64_t version_ = 0;
+  std::vector<Slot> slots_;
+};
+
+/// A copy of `before` (nullptr: nothing yet) with the pass folded in; leaves `before` as it is. Any thread.
+std::shared_ptr<const FilmTile> folded(const FilmTile* before, const image::TileImage& pass);
+
+/// The whole frame, all channels; each tile by its own n; where nothing has arrived 0 (alpha too; Z nothing_hit_z).
+image::FrameImage resolve(const FilmSnapshot& film);
+/// R, G, B and A alone, four planes: what a PNG or a preview shows.
+std::vector<float> resolve_rgba(const FilmSnapshot& film);
+
+/// Indices of the tiles that changed after version `since`, ascending.
+std::vector<std::uint32_t> changed_since(const FilmSnapshot& film, std::uint64_t since);
+/// Those tiles in the binary form that README.md describes: a JSON header and half-float RGBA.
+std::vector<std::byte> encode_changed_tiles(const FilmSnapshot& film, std::uint64_t since);
+
+}  // namespace tessera::server
