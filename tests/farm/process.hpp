@@ -1,0 +1,71 @@
+#pragma once
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Real processes for tests: started, signalled, waited for; never left behind.
+namespace tessera::farm_test {
+
+using Seconds = std::chrono::duration<double>;
+
+/// A folder of its own that is removed with all that is in it.
+class TempFolder {
+ public:
+  TempFolder();
+  ~TempFolder();
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A child process whose output goes to files. Destroyed, it is killed and waited for.
+class Process {
+ public:
+  /// `arguments[0]` is the program; output and errors are appended to files `log`.out and `log`.err.
+  Process(std::vector<std::string> arguments, const std::filesystem::path& log);
+  ~Process();
+  Process(Process&& other) noexcept;
+  Process& operator=(Process&& other) noexcept;
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void signal(int number) const;
+  /// Its exit code, 128 + the signal that ended it, or nullopt if it still runs after `most`.
+  std::optional<int> wait(Seconds most);
+  /// SIGKILL, and waits.
+  void kill();
+  [[nodiscard]] bool running();
+  [[nodiscard]] std::string output() const;
+  [[nodiscard]] std::string errors() const;
+  [[nodiscard]] pid_t pid() const { return pid_; }
+
+ private:
+  pid_t pid_ = -1;
+  std::optional<int> code_;
+  std::filesystem::path log_;
+};
+
+/// What a command that ended left.
+struct Outcome {
+  int code = -1;
+  std::string output;
+  std::string errors;
+};
+/// Runs to its end; after `most` it is killed and the code is 137.
+Outcome run(std::vector<std::string> arguments, Seconds most = Seconds(60));
+
+std::string read_text(const std::filesystem::path& file);
+/// Where the programs under test are: TESSERA_BIN_DIR.
+std::filesystem::path programs();
+/// The checkout: TESSERA_SOURCE_DIR.
+std::filesystem::path sources();
+
+}  // namespace tessera::farm_test
