@@ -28,12 +28,16 @@ Error::Error(ErrorKind kind, std::string message, Place place)
 int exit_code(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::bad_input:
-    case ErrorKind::too_large: return 2;
-    case ErrorKind::unreachable: return 3;
-    case ErrorKind::refused: return 4;
+    case ErrorKind::too_large:
+      return 2;
+    case ErrorKind::unreachable:
+      return 3;
+    case ErrorKind::refused:
+      return 4;
     case ErrorKind::not_found:
     case ErrorKind::conflict:
-    case ErrorKind::failed: break;
+    case ErrorKind::failed:
+      break;
   }
   return 1;
 }

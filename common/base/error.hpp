@@ -5,12 +5,13 @@
 
 namespace tessera {
 
-/// Where in something a person or a peer wrote. Any part may be absent (empty, or 0 for line and column).
+/// Where in something a person or a peer wrote. Any part may be absent (empty, or 0 for line and
+/// column).
 struct Place {
   std::string file;
-  int line = 0;    ///< 1-based
-  int column = 0;  ///< 1-based, in bytes
-  std::string key; ///< path of keys, e.g. "shapes[3].material"
+  int line = 0;     ///< 1-based
+  int column = 0;   ///< 1-based, in bytes
+  std::string key;  ///< path of keys, e.g. "shapes[3].material"
 
   /// "file:line:column: key", as much of it as there is.
   [[nodiscard]] std::string text() const;
@@ -27,8 +28,8 @@ enum class ErrorKind {
   failed,       ///< the thing was tried and failed (disk, device): exit 1, HTTP 500
 };
 
-/// The one exception type that crosses folders. what() is a whole sentence that a person can act on: the place, what was
-/// wrong, what was expected.
+/// The one exception type that crosses folders. what() is a whole sentence that a person can act
+/// on: the place, what was wrong, what was expected.
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, std::string message, Place place = {});

@@ -20,7 +20,8 @@ Place place_at(std::string_view text, std::string_view name, std::size_t offset)
   const std::size_t newline = before.rfind('\n');
   return {.file = std::string(name),
           .line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n')),
-          .column = 1 + static_cast<int>(newline == std::string_view::npos ? offset : offset - newline - 1)};
+          .column = 1 + static_cast<int>(newline == std::string_view::npos ? offset
+                                                                           : offset - newline - 1)};
 }
 
 /// Refuses doubled keys and deep nesting before a document is built of it.
@@ -55,9 +56,11 @@ class Checker : public nlohmann::json_sax<Json> {
     --depth_;
     return true;
   }
-  bool parse_error(std::size_t position, const std::string& token, const nlohmann::detail::exception&) override {
+  bool parse_error(std::size_t position, const std::string& token,
+                   const nlohmann::detail::exception&) override {
     error_byte = position == 0 ? 0 : position - 1;
-    problem = token.empty() ? "not valid JSON" : fmt::format("not valid JSON at \"{}\"", token.substr(0, 64));
+    problem = token.empty() ? "not valid JSON"
+                            : fmt::format("not valid JSON at \"{}\"", token.substr(0, 64));
     return false;
   }
 
@@ -107,13 +110,15 @@ Json parse_json(std::string_view text, std::string_view name) {
   const CountingIterator first(text.data(), &read);
   const CountingIterator last(text.data() + text.size(), &read);
   if (!Json::sax_parse(first, last, &checker)) {
-    const std::size_t at = checker.error_byte != 0 ? checker.error_byte : (read == 0 ? 0 : read - 1);
+    const std::size_t at =
+        checker.error_byte != 0 ? checker.error_byte : (read == 0 ? 0 : read - 1);
     throw Error(ErrorKind::bad_input, checker.problem, place_at(text, name, at));
   }
   return Json::parse(text);
 }
 
-ObjectReader::ObjectReader(const Json& json, std::string path) : json_(json), path_(std::move(path)) {
+ObjectReader::ObjectReader(const Json& json, std::string path)
+    : json_(json), path_(std::move(path)) {
   if (!json.is_object())
     throw Error(ErrorKind::bad_input, fmt::format("expected an object, found {}", json.type_name()),
                 {.key = path_});
@@ -155,15 +160,20 @@ std::string ObjectReader::text_or(std::string_view key, std::string fallback) {
 bool ObjectReader::boolean_or(std::string_view key, bool fallback) {
   const Json* value = optional(key);
   if (value == nullptr) return fallback;
-  if (!value->is_boolean()) fail(key, fmt::format("expected true or false, found {}", value->type_name()));
+  if (!value->is_boolean())
+    fail(key, fmt::format("expected true or false, found {}", value->type_name()));
   return value->get<bool>();
 }
 
 std::int64_t ObjectReader::integer(std::string_view key, std::int64_t low, std::int64_t high) {
   const Json& value = required(key);
-  const auto expected = [&] { return fmt::format("expected a whole number from {} to {}", low, high); };
-  if (!value.is_number_integer()) fail(key, fmt::format("{}, found {}", expected(), value.dump().substr(0, 40)));
-  const bool beyond = value.is_number_unsigned() && value.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
+  const auto expected = [&] {
+    return fmt::format("expected a whole number from {} to {}", low, high);
+  };
+  if (!value.is_number_integer())
+    fail(key, fmt::format("{}, found {}", expected(), value.dump().substr(0, 40)));
+  const bool beyond = value.is_number_unsigned() &&
+                      value.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
   if (beyond || value.get<std::int64_t>() < low || value.get<std::int64_t>() > high)
     fail(key, fmt::format("{}, found {}", expected(), value.dump()));
   return value.get<std::int64_t>();

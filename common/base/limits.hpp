@@ -3,7 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Every bound on what comes from outside, in one place. A bound is checked before anything is allocated or started.
+/// Every bound on what comes from outside, in one place. A bound is checked before anything is
+/// allocated or started.
 namespace tessera::limits {
 
 constexpr std::size_t KiB = 1024;
@@ -11,13 +12,13 @@ constexpr std::size_t MiB = 1024 * KiB;
 constexpr std::size_t GiB = 1024 * MiB;
 
 // The film and its plan.
-constexpr int film_side_max = 65536;                       ///< pixels
-constexpr std::int64_t film_pixels_max = 512LL << 20;      ///< pixels in one frame
-constexpr std::int64_t samples_max = 1 << 24;              ///< samples of a pixel
+constexpr int film_side_max = 65536;                   ///< pixels
+constexpr std::int64_t film_pixels_max = 512LL << 20;  ///< pixels in one frame
+constexpr std::int64_t samples_max = 1 << 24;          ///< samples of a pixel
 constexpr int tile_side_min = 1;
 constexpr int tile_side_max = 512;
 constexpr int pass_samples_max = 1024;
-constexpr std::int64_t tasks_max = 64LL << 20;             ///< tasks of one job
+constexpr std::int64_t tasks_max = 64LL << 20;  ///< tasks of one job
 constexpr int bounces_max = 1024;
 constexpr int light_samples_max = 1024;
 
@@ -26,21 +27,21 @@ constexpr std::size_t wire_header_before_welcome = 4 * KiB;
 constexpr std::size_t wire_header = 256 * KiB;
 constexpr std::size_t wire_body = 64 * MiB;
 constexpr std::size_t wire_chunk = 64 * KiB;
-constexpr std::size_t connections_max = 4096;              ///< of each listener
-constexpr std::chrono::seconds handshake_time{5};          ///< from the connection to `hello`
-constexpr std::chrono::seconds frame_time{30};             ///< from a frame's first byte to its last
+constexpr std::size_t connections_max = 4096;      ///< of each listener
+constexpr std::chrono::seconds handshake_time{5};  ///< from the connection to `hello`
+constexpr std::chrono::seconds frame_time{30};     ///< from a frame's first byte to its last
 
 // HTTP.
 constexpr std::size_t http_header = 16 * KiB;
 constexpr std::size_t http_json_body = 4 * MiB;
 constexpr std::chrono::seconds http_idle_time{60};
-constexpr std::chrono::seconds http_write_time{30};        ///< a client that does not read is cut off
-constexpr std::size_t event_backlog = 1024;                ///< events kept for a listener that is slow
+constexpr std::chrono::seconds http_write_time{30};  ///< a client that does not read is cut off
+constexpr std::size_t event_backlog = 1024;          ///< events kept for a listener that is slow
 
 // Assets.
 constexpr std::size_t blob_bytes = 16 * GiB;
 constexpr std::size_t bundle_files = 65536;
-constexpr std::size_t bundle_path = 1024;                  ///< bytes of a path within a bundle
+constexpr std::size_t bundle_path = 1024;  ///< bytes of a path within a bundle
 
 // Scene files.
 constexpr std::size_t scene_json_bytes = 512 * MiB;

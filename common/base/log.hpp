@@ -4,7 +4,8 @@
 #include <string>
 #include <string_view>
 
-/// Logging for all three programs: one line an event on standard error, with time and level. spdlog stands behind it.
+/// Logging for all three programs: one line an event on standard error, with time and level. spdlog
+/// stands behind it.
 namespace tessera::log {
 
 enum class Level { debug, info, warn, error };

@@ -5,7 +5,8 @@
 
 namespace tessera {
 
-/// `bytes` bytes from the operating system's generator as lower-case hexadecimal digits: tokens and ids. Never for samples.
+/// `bytes` bytes from the operating system's generator as lower-case hexadecimal digits: tokens and
+/// ids. Never for samples.
 std::string random_hex(std::size_t bytes);
 
 /// Compares in time that depends on the lengths alone: for secrets.

@@ -41,13 +41,14 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.width = static_cast<int>(in.integer("width", 1, limits::film_side_max));
   render.height = static_cast<int>(in.integer("height", 1, limits::film_side_max));
   render.samples = in.integer_or("samples", 1, limits::samples_max, render.samples);
-  render.bounces = static_cast<int>(in.integer_or("bounces", 0, limits::bounces_max, render.bounces));
+  render.bounces =
+      static_cast<int>(in.integer_or("bounces", 0, limits::bounces_max, render.bounces));
   render.integrator = in.text_or("integrator", render.integrator);
   render.sampler = in.text_or("sampler", render.sampler);
   render.filter = in.text_or("filter", render.filter);
   render.filter_width = in.number_or("filter_width", 0, 64, render.filter_width);
-  render.light_samples =
-      static_cast<int>(in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
+  render.light_samples = static_cast<int>(
+      in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
   render.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
   in.finish();
   return render;
@@ -75,24 +76,30 @@ void check(const JobSpec& spec) {
   within("render.height", render.height, 1, limits::film_side_max);
   const std::int64_t pixels = static_cast<std::int64_t>(render.width) * render.height;
   if (pixels > limits::film_pixels_max)
-    bad("render.width", fmt::format("a film of {} by {} has more than the {} pixels that a frame may have", render.width,
-                                    render.height, limits::film_pixels_max));
+    bad("render.width",
+        fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
+                    render.width, render.height, limits::film_pixels_max));
   within("render.samples", render.samples, 1, limits::samples_max);
   within("render.bounces", render.bounces, 0, limits::bounces_max);
   within("render.light_samples", render.light_samples, 1, limits::light_samples_max);
-  for (const auto& [key, name] : {std::pair("render.integrator", &render.integrator),
-                                  std::pair("render.sampler", &render.sampler), std::pair("render.filter", &render.filter)})
+  for (const auto& [key, name] :
+       {std::pair("render.integrator", &render.integrator),
+        std::pair("render.sampler", &render.sampler), std::pair("render.filter", &render.filter)})
     if (!is_plain_name(*name)) bad(key, "expected 1 to 128 bytes without control characters");
-  if (!(render.filter_width >= 0 && render.filter_width <= 64)) bad("render.filter_width", "expected a number from 0 to 64");
-  if (spec.frames.last < spec.frames.first || spec.frames.step < 1) bad("frames", "expected first ≤ last and step ≥ 1");
+  if (!(render.filter_width >= 0 && render.filter_width <= 64))
+    bad("render.filter_width", "expected a number from 0 to 64");
+  if (spec.frames.last < spec.frames.first || spec.frames.step < 1)
+    bad("frames", "expected first ≤ last and step ≥ 1");
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
-  const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) * ((render.height + spec.tile - 1LL) / spec.tile);
+  const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) *
+                             ((render.height + spec.tile - 1LL) / spec.tile);
   const std::int64_t passes = render.samples / spec.pass + 6;
   if (tiles > limits::tasks_max / passes / spec.frames.count())
-    bad("tile", fmt::format("{} tiles, about {} passes and {} frames are more than the {} tasks that a job may have", tiles,
-                            passes, spec.frames.count(), limits::tasks_max));
+    bad("tile", fmt::format("{} tiles, about {} passes and {} frames are more than the {} tasks "
+                            "that a job may have",
+                            tiles, passes, spec.frames.count(), limits::tasks_max));
 }
 
 nlohmann::json to_json(const JobSpec& spec) {
@@ -100,7 +107,8 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"priority", spec.priority},
           {"bundle", spec.bundle.hex()},
           {"camera", spec.camera},
-          {"frames", {{"first", spec.frames.first}, {"last", spec.frames.last}, {"step", spec.frames.step}}},
+          {"frames",
+           {{"first", spec.frames.first}, {"last", spec.frames.last}, {"step", spec.frames.step}}},
           {"render", render_json(spec.render)},
           {"tile", spec.tile},
           {"pass", spec.pass},
@@ -117,11 +125,14 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   if (!bundle) in.fail("bundle", "expected a SHA-256 as 64 hexadecimal digits");
   spec.bundle = *bundle;
   spec.camera = in.text_or("camera", "");
-  if (const Json* frames = in.optional("frames")) spec.frames = frames_from(*frames, in.path_of("frames"));
+  if (const Json* frames = in.optional("frames"))
+    spec.frames = frames_from(*frames, in.path_of("frames"));
   spec.render = render_from(in.required("render"), in.path_of("render"));
-  spec.tile = static_cast<int>(in.integer_or("tile", limits::tile_side_min, limits::tile_side_max, spec.tile));
+  spec.tile = static_cast<int>(
+      in.integer_or("tile", limits::tile_side_min, limits::tile_side_max, spec.tile));
   spec.pass = static_cast<int>(in.integer_or("pass", 1, limits::pass_samples_max, spec.pass));
-  spec.aov_samples = static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
+  spec.aov_samples =
+      static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
   spec.mixed = in.boolean_or("mixed", false);
   in.finish();
   check(spec);

@@ -13,15 +13,15 @@ namespace tessera {
 
 /// How the samples of a frame are taken: with the scene, all that decides their values.
 struct RenderSettings {
-  int width = 0;                        ///< film, pixels
+  int width = 0;  ///< film, pixels
   int height = 0;
-  std::int64_t samples = 64;            ///< of each pixel
-  int bounces = 12;                     ///< 0 is emission and direct light; counted as Cycles does
+  std::int64_t samples = 64;  ///< of each pixel
+  int bounces = 12;           ///< 0 is emission and direct light; counted as Cycles does
   std::string integrator = "path";
   std::string sampler = "sobol_owen";
   std::string filter = "blackman_harris";
-  double filter_width = 0;              ///< pixels from edge to edge; 0 is the filter's own default
-  int light_samples = 1;                ///< light samples at each hit
+  double filter_width = 0;  ///< pixels from edge to edge; 0 is the filter's own default
+  int light_samples = 1;    ///< light samples at each hit
   std::uint64_t seed = 0;
   bool operator==(const RenderSettings&) const = default;
 };
@@ -36,34 +36,36 @@ struct FrameRange {
     return static_cast<std::uint32_t>((static_cast<std::int64_t>(last) - first) / step + 1);
   }
   [[nodiscard]] bool contains(std::int32_t frame) const {
-    return frame >= first && frame <= last && (static_cast<std::int64_t>(frame) - first) % step == 0;
+    return frame >= first && frame <= last &&
+           (static_cast<std::int64_t>(frame) - first) % step == 0;
   }
 };
 
-/// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it. Everything in it but
-/// name and priority is fixed for good, and is what the plan digest covers.
+/// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
+/// Everything in it but name and priority is fixed for good, and is what the plan digest covers.
 struct JobSpec {
-  std::string name;              ///< for people; a plain name
-  int priority = 0;              ///< −100 … 100; higher first
-  Digest bundle;                 ///< the manifest that names the scene and its files
-  std::string camera;            ///< one of the scene's; empty is its first
+  std::string name;    ///< for people; a plain name
+  int priority = 0;    ///< −100 … 100; higher first
+  Digest bundle;       ///< the manifest that names the scene and its files
+  std::string camera;  ///< one of the scene's; empty is its first
   FrameRange frames;
   RenderSettings render;
-  int tile = 64;                 ///< side of a tile, pixels
-  int pass = 256;                ///< most samples of a pass
-  int aov_samples = 16;          ///< AOVs travel with passes that end at or before this
-  bool mixed = false;            ///< take workers of any build, and give up the exactness contract
+  int tile = 64;         ///< side of a tile, pixels
+  int pass = 256;        ///< most samples of a pass
+  int aov_samples = 16;  ///< AOVs travel with passes that end at or before this
+  bool mixed = false;    ///< take workers of any build, and give up the exactness contract
 
   bool operator==(const JobSpec&) const = default;
 };
 
-/// Checks every value against limits.hpp; throws Error{bad_input} that names the key. Names of integrators, samplers and
-/// filters are checked where those are known: by the client before it submits, and by the worker.
+/// Checks every value against limits.hpp; throws Error{bad_input} that names the key. Names of
+/// integrators, samplers and filters are checked where those are known: by the client before it
+/// submits, and by the worker.
 void check(const JobSpec& spec);
 
 nlohmann::json to_json(const JobSpec& spec);
-/// Reads and checks. Unknown keys are errors; lacking ones take their default, but bundle, width and height are required.
-/// `path` is where the object stands, for errors.
+/// Reads and checks. Unknown keys are errors; lacking ones take their default, but bundle, width
+/// and height are required. `path` is where the object stands, for errors.
 JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path = {});
 
 /// What is fixed when a job is accepted: which tasks there are. A pure function of the spec.
@@ -73,13 +75,17 @@ struct JobPlan {
   JobSpec spec;
   TileGrid grid;
   PassPlan passes;
-  Digest digest;  ///< of all that decides a task's meaning and bits (spec without name and priority)
+  Digest
+      digest;  ///< of all that decides a task's meaning and bits (spec without name and priority)
 
-  [[nodiscard]] std::int64_t tasks_per_frame() const { return static_cast<std::int64_t>(grid.count()) * passes.count(); }
+  [[nodiscard]] std::int64_t tasks_per_frame() const {
+    return static_cast<std::int64_t>(grid.count()) * passes.count();
+  }
   [[nodiscard]] std::int64_t tasks() const { return tasks_per_frame() * spec.frames.count(); }
   /// True if the task is one of this job's.
   [[nodiscard]] bool contains(const TaskId& task) const {
-    return spec.frames.contains(task.frame) && task.tile < grid.count() && task.pass < passes.count();
+    return spec.frames.contains(task.frame) && task.tile < grid.count() &&
+           task.pass < passes.count();
   }
 };
 

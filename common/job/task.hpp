@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-/// A job's number within its coordinator's data folder, from 1. People and HTTP write it as decimal digits.
+/// A job's number within its coordinator's data folder, from 1. People and HTTP write it as decimal
+/// digits.
 using JobId = std::uint64_t;
 
 /// Which part of a job: tile and pass count from 0, frames are the job's own numbers.
@@ -20,7 +21,8 @@ struct TaskId {
   auto operator<=>(const TaskId&) const = default;
 };
 
-/// One attempt at a task by one worker. The epoch counts the coordinator's starts, so that numbers never repeat.
+/// One attempt at a task by one worker. The epoch counts the coordinator's starts, so that numbers
+/// never repeat.
 struct LeaseId {
   std::uint64_t epoch = 0;
   std::uint64_t number = 0;
@@ -37,7 +39,8 @@ std::string text_of(const TaskId& task);
 template <>
 struct std::hash<tessera::TaskId> {
   std::size_t operator()(const tessera::TaskId& task) const noexcept {
-    std::uint64_t value = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(task.frame)) << 32) | task.tile;
+    std::uint64_t value =
+        (static_cast<std::uint64_t>(static_cast<std::uint32_t>(task.frame)) << 32) | task.tile;
     value = (value ^ (static_cast<std::uint64_t>(task.pass) << 20)) * 0x9e3779b97f4a7c15ULL;
     return static_cast<std::size_t>(value ^ (value >> 29));
   }

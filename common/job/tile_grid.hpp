@@ -10,14 +10,17 @@ struct Rect {
   [[nodiscard]] std::int64_t pixels() const { return static_cast<std::int64_t>(width) * height; }
 };
 
-/// How a film is cut: square tiles in rows from the upper left; those at the right and lower edge are what is left.
+/// How a film is cut: square tiles in rows from the upper left; those at the right and lower edge
+/// are what is left.
 class TileGrid {
  public:
   TileGrid() = default;
   /// All in pixels, within the limits; anything else is a mistake of the caller's.
   TileGrid(int film_width, int film_height, int tile_side);
 
-  [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(columns_) * static_cast<std::uint32_t>(rows_); }
+  [[nodiscard]] std::uint32_t count() const {
+    return static_cast<std::uint32_t>(columns_) * static_cast<std::uint32_t>(rows_);
+  }
   [[nodiscard]] int columns() const { return columns_; }
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int film_width() const { return film_width_; }

@@ -1,4 +1,5 @@
-// The exactness contract, on real processes: the same bits whatever workers, tiles, orders, deaths and restarts there were.
+// The exactness contract, on real processes: the same bits whatever workers, tiles, orders, deaths
+// and restarts there were.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -15,8 +16,10 @@ const std::string scene = "scenes/cornell.json";
 
 /// 250×131 so that tiles end in remainders, 100 samples so that the plan does.
 std::vector<std::string> job_arguments(int tile = 64, int samples = 100, int seed = 0) {
-  return {"--size", "250x131", "--samples", std::to_string(samples), "--tile", std::to_string(tile), "--seed",
-          std::to_string(seed)};
+  return {"--size",    "250x131",
+          "--samples", std::to_string(samples),
+          "--tile",    std::to_string(tile),
+          "--seed",    std::to_string(seed)};
 }
 
 std::string scene_path() { return (sources() / scene).string(); }

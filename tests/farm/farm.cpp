@@ -15,8 +15,8 @@ Farm::Farm() : server_({"/bin/true"}, folder_ / "none") {
 
 void Farm::start_server(const std::string& http, const std::string& listen) {
   const std::string log = "server-" + std::to_string(++starts_);
-  server_ = Process({(programs() / "tessera-server").string(), "--data", (folder_ / "data").string(), "--http", http,
-                     "--listen", listen},
+  server_ = Process({(programs() / "tessera-server").string(), "--data",
+                     (folder_ / "data").string(), "--http", http, "--listen", listen},
                     folder_ / log);
   const auto end = std::chrono::steady_clock::now() + Seconds(60);
   while (server_.output().find('\n') == std::string::npos) {
@@ -36,9 +36,10 @@ void Farm::kill_and_restart_server() {
 
 Process& Farm::add_worker(int threads, const std::string& server) {
   const std::string name = "worker-" + std::to_string(workers_.size());
-  workers_.push_back(Process({(programs() / "tessera-worker").string(), "--server", server.empty() ? listen_ : server,
-                              "--threads", std::to_string(threads), "--name", name, "--cache", (folder_ / name).string()},
-                             folder_ / name));
+  workers_.push_back(Process(
+      {(programs() / "tessera-worker").string(), "--server", server.empty() ? listen_ : server,
+       "--threads", std::to_string(threads), "--name", name, "--cache", (folder_ / name).string()},
+      folder_ / name));
   return workers_.back();
 }
 

@@ -29,7 +29,8 @@ class Farm {
   /// The HTTP job object.
   [[nodiscard]] nlohmann::json job(const std::string& id) const;
   /// Until the job's progress is at least `progress` (0…1); false after `most`.
-  [[nodiscard]] bool wait_for_progress(const std::string& id, double progress, Seconds most = Seconds(120)) const;
+  [[nodiscard]] bool wait_for_progress(const std::string& id, double progress,
+                                       Seconds most = Seconds(120)) const;
   /// Waits for the end and reads the picture; a failure is a test failure.
   image::ExrImage finish(const std::string& id, Seconds most = Seconds(240));
 

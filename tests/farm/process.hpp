@@ -29,7 +29,8 @@ class TempFolder {
 /// A child process whose output goes to files. Destroyed, it is killed and waited for.
 class Process {
  public:
-  /// `arguments[0]` is the program; output and errors are appended to files `log`.out and `log`.err.
+  /// `arguments[0]` is the program; output and errors are appended to files `log`.out and
+  /// `log`.err.
   Process(std::vector<std::string> arguments, const std::filesystem::path& log);
   ~Process();
   Process(Process&& other) noexcept;

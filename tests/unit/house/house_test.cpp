@@ -1,4 +1,5 @@
-// The house's rules, proved from its sources: includes run one way only, each outside library has one room, no circles.
+// The house's rules, proved from its sources: includes run one way only, each outside library has
+// one room, no circles.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -31,8 +32,8 @@ const std::map<std::string, std::set<std::string>>& allowed() {
       {"server/film", {"common/base", "common/job", "common/image"}},
       {"server/store", {"common/base", "common/job"}},
       {"server/coordinator",
-       {"common/base", "common/job", "common/image", "common/wire", "common/assets", "server/schedule",
-        "server/film", "server/store"}},
+       {"common/base", "common/job", "common/image", "common/wire", "common/assets",
+        "server/schedule", "server/film", "server/store"}},
       {"server/session",
        {"common/base", "common/job", "common/wire", "common/net", "server/schedule",
         "server/coordinator"}},
@@ -43,14 +44,17 @@ const std::map<std::string, std::set<std::string>>& allowed() {
        {"common/base", "common/net", "common/assets", "server/coordinator", "server/session",
         "server/http"}},
       {"worker/accel", {"common/base"}},
-      {"worker/render", {"common/base", "common/job", "common/image", "common/scene", "worker/accel"}},
-      {"worker/scene", {"common/base", "common/job", "common/scene", "worker/accel", "worker/render"}},
+      {"worker/render",
+       {"common/base", "common/job", "common/image", "common/scene", "worker/accel"}},
+      {"worker/scene",
+       {"common/base", "common/job", "common/scene", "worker/accel", "worker/render"}},
       {"worker/agent",
        {"common/base", "common/job", "common/image", "common/wire", "common/net", "common/assets",
         "common/scene", "worker/render", "worker/scene"}},
       {"worker", {"common/base", "common/net", "worker/agent", "worker/scene", "worker/render"}},
       {"client",
-       {"common/base", "common/job", "common/image", "common/net", "common/assets", "common/scene"}},
+       {"common/base", "common/job", "common/image", "common/net", "common/assets",
+        "common/scene"}},
       {"scenes", {"common/base"}},
   };
   return table;
@@ -120,8 +124,8 @@ TEST(House, includes_run_one_way_only) {
     if (to == include.folder) continue;
     const auto rule = allowed().find(include.folder);
     ASSERT_NE(rule, allowed().end()) << include.folder << " has no rule; add one";
-    EXPECT_TRUE(rule->second.contains(to))
-        << include.file << ":" << include.line << ": " << include.folder << " may not include " << to;
+    EXPECT_TRUE(rule->second.contains(to)) << include.file << ":" << include.line << ": "
+                                           << include.folder << " may not include " << to;
   }
 }
 
@@ -141,7 +145,8 @@ TEST(House, each_outside_library_has_one_room) {
   for (const Include& include : all_includes())
     for (const auto& [form, room] : rooms())
       if (std::regex_search(include.name, form))
-        EXPECT_EQ(include.folder, room) << include.file << ":" << include.line << ": " << include.name;
+        EXPECT_EQ(include.folder, room)
+            << include.file << ":" << include.line << ": " << include.name;
 }
 
 std::string needed_libraries(const std::string& program) {
@@ -152,13 +157,15 @@ std::string needed_libraries(const std::string& program) {
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return {};
   std::array<char, 4096> piece{};
-  while (std::fgets(piece.data(), static_cast<int>(piece.size()), pipe) != nullptr) out += piece.data();
+  while (std::fgets(piece.data(), static_cast<int>(piece.size()), pipe) != nullptr)
+    out += piece.data();
   return pclose(pipe) == 0 ? out : std::string{};
 }
 
 TEST(House, the_coordinator_links_no_embree) {
   const std::string server = needed_libraries("tessera-server");
-  ASSERT_NE(server.find("libsqlite3"), std::string::npos) << "could not read what tessera-server links";
+  ASSERT_NE(server.find("libsqlite3"), std::string::npos)
+      << "could not read what tessera-server links";
   EXPECT_EQ(server.find("embree"), std::string::npos) << server;
   EXPECT_NE(needed_libraries("tessera-worker").find("embree"), std::string::npos)
       << "the test would not see Embree if it were there";
