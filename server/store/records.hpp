@@ -1,0 +1,87 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.hpp"
+#include "common/base/digest.hpp"
+#include "common/job/job_spec.hpp"
+#include "common/job/task.hpp"
+
+/// What the store keeps, as plain values.
+namespace tessera::server {
+
+/// Where a result's record stands in the journal. Fixed for good once it has been given out.
+struct ResultPlace {
+  std::uint64_t segment = 0;
+  std::uint64_t offset = 0;  ///< of the record's first byte in the segment's file
+  std::uint64_t length = 0;  ///< of the whole record, bytes
+  bool operator==(const ResultPlace&) const = default;
+};
+
+/// What is kept of a result beside its pixels.
+struct ResultInfo {
+  JobId job = 0;
+  Digest plan;
+  TaskId task;
+  LeaseId lease;
+  std::string identity;  ///< of the worker; at most 255 bytes
+  std::int64_t samples = 0;
+  std::int64_t rays = 0;
+  std::int64_t rejected = 0;
+  double seconds = 0;
+  double cpu_seconds = 0;
+  bool operator==(const ResultInfo&) const = default;
+};
+
+/// A result on its way into the journal. `exr` must stay alive during the call.
+struct NewResult {
+  ResultInfo info;
+  std::string worker_name;  ///< for people
+  Digest worker_build;      ///< the build that made it: the job's build after a restart
+  std::span<const std::byte> exr;
+};
+
+/// A result as it is read back.
+struct StoredResult {
+  ResultInfo info;
+  std::vector<std::byte> exr;
+};
+
+/// A row of the journal's index: all that a start needs without touching the journal.
+struct IndexedResult {
+  TaskId task;
+  ResultPlace place;
+  std::int64_t samples = 0;
+  std::int64_t rays = 0;
+  std::int64_t rejected = 0;
+  double seconds = 0;
+  std::string identity;
+  std::string worker_name;
+  Digest worker_build;
+};
+
+/// A job as it is kept. Everything but id and spec may change; the state's words are those of
+/// JobView.
+struct JobRecord {
+  JobId id = 0;
+  JobSpec spec;
+  std::string state = "queued";
+  int priority = 0;  ///< spec.priority at first; the one that counts
+  UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
+  std::string error;
+  double render_seconds = 0;
+  std::int64_t rays = 0;
+  std::int64_t rejected_samples = 0;
+  struct Share {
+    std::string worker;
+    std::int64_t samples = 0;
+    bool operator==(const Share&) const = default;
+  };
+  std::vector<Share> shares;  ///< kept for when the results themselves are forgotten
+};
+
+}  // namespace tessera::server

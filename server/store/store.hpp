@@ -1,0 +1,83 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/base/limits.hpp"
+#include "server/store/records.hpp"
+
+/// What a coordinator keeps on disk: jobs and results, in one data folder that it locks.
+namespace tessera::server {
+
+struct StoreSettings {
+  /// false: nothing is synced, and a power cut may lose what was acknowledged (a killed process
+  /// still loses nothing).
+  bool durable = true;
+  /// A segment that has reached this is closed and a new one begun, bytes.
+  std::uint64_t segment_bytes = 256 * limits::MiB;
+};
+
+/// Two kinds of calls. Those that are not const change the store: they block on the disk and are
+/// made by one thread at a time (the writer's). Const calls may be made by any thread at any time,
+/// also while the writer writes; they block on reading alone. Every call throws Error{failed} with
+/// the file's name when the disk or the database fails; the store then holds what it held before
+/// the call, and can be called again.
+class Store {
+ public:
+  /// Locks the folder (made if it is not there), brings the database to this schema, deletes what
+  /// no job needs, and counts a new epoch, durably. Throws Error{conflict} if another coordinator
+  /// holds the folder or it was written by a newer schema, Error{failed} if it cannot be written,
+  /// the database is damaged, or a segment that it names is not there.
+  static std::unique_ptr<Store> open(const std::filesystem::path& folder,
+                                     const StoreSettings& settings = {});
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& folder() const;
+  /// Counts the opens of this folder, from 1.
+  [[nodiscard]] std::uint64_t epoch() const;
+  /// The secret of this folder, made once: SchedulerSettings::grant_key.
+  [[nodiscard]] const std::array<std::uint8_t, 16>& grant_key() const;
+
+  // ---- jobs: durable on return ----
+  /// Keeps a new job and gives it its id; `record.id` is ignored.
+  JobId put_job(const JobRecord& record);
+  /// Replaces all but id and spec. Throws Error{not_found}.
+  void update_job(const JobRecord& record);
+  /// All jobs by id.
+  [[nodiscard]] std::vector<JobRecord> list_jobs() const;
+
+  // ---- results ----
+  /// Journal, one sync, index, one commit: on return every result of the batch is durable and may
+  /// be acknowledged. If it throws, none of them is. A second result for the same task replaces the
+  /// first in the index; jobs must be known.
+  std::vector<ResultPlace> append_results(std::span<const NewResult> batch);
+  /// Calls `visit` for every result of the job (of one frame), in the order of frame, tile, pass.
+  /// `visit` must not call the store.
+  void results_of(JobId job, const std::function<void(const IndexedResult&)>& visit) const;
+  void results_of(JobId job, std::int32_t frame,
+                  const std::function<void(const IndexedResult&)>& visit) const;
+  /// Reads one record and checks it against its CRC. Throws Error{failed} if the record is damaged
+  /// or gone.
+  [[nodiscard]] StoredResult read_result(const ResultPlace& place) const;
+  /// The job's results are needed no more: they leave the index, and segments that hold nothing
+  /// else are deleted. The job's record stays.
+  void end_job(JobId job);
+
+  /// Bytes of the journal on disk.
+  [[nodiscard]] std::uint64_t journal_bytes() const;
+
+ private:
+  struct State;
+  explicit Store(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tessera::server
