@@ -20,13 +20,17 @@
 /// is done by its pool, and an awaitable resumes on the I/O thread.
 namespace tessera::server {
 
-/// How the coordinator speaks to one connected worker; a session implements it. Neither call blocks or throws.
+/// How the coordinator speaks to one connected worker; a session implements it. No call blocks or throws.
 class WorkerLink {
  public:
   virtual ~WorkerLink() = default;
   virtual void send(wire::Message message) = 0;
-  /// The connection is to end; worker_left still comes.
+  /// The connection is to end. The coordinator has done with it: nothing more is to come from it, worker_left neither (the
+  /// same worker may be here again, over another connection).
   virtual void close(std::string reason) = 0;
+  /// While held, nothing is to be read from the worker: more results are here than can be made durable. Its silence is
+  /// not its fault then.
+  virtual void hold(bool held) = 0;
 };
 
 /// What HTTP and the client show of a job.
