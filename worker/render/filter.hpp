@@ -1,0 +1,56 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "worker/render/vec.hpp"
+
+namespace tessera::render {
+
+enum class FilterKind : std::uint8_t { box, tent, gaussian, blackman_harris };
+
+/// From a name of the table in filter.cpp; throws Error{bad_input} that lists the valid names.
+FilterKind filter_kind(std::string_view name);
+/// The valid names.
+std::vector<std::string_view> filter_names();
+
+/// A pixel filter, by importance: a film position is drawn from the filter's own density around the
+/// pixel's centre, and every sample then has the weight 1 (Ernst, Stamminger, Greiner, "Filter
+/// importance sampling", 2006). A sample belongs to its own pixel alone, so tiles have no borders.
+/// All filters are separable, symmetric and nowhere negative.
+class Filter {
+ public:
+  /// `width` in pixels from edge to edge; 0 is the kind's default: box 1, tent 2, Gaussian 3 (σ is
+  /// a sixth of the width), Blackman-Harris 3.
+  explicit Filter(FilterKind kind, double width = 0);
+
+  /// The offset from the pixel's centre, in pixels, each coordinate within half the width. u in [0,
+  /// 1)².
+  [[nodiscard]] Vec2 sample(Vec2 u) const { return {sample1(u.x), sample1(u.y)}; }
+  /// The density of one coordinate of sample(), per pixel; 0 outside. The filter itself,
+  /// normalised.
+  [[nodiscard]] double density(double offset) const;
+
+  [[nodiscard]] FilterKind kind() const { return kind_; }
+  [[nodiscard]] double width() const { return width_; }
+
+ private:
+  static constexpr int segments = 1024;
+
+  /// The filter's shape at t = |offset| / (width / 2), 0 ≤ t ≤ 1, not normalised.
+  [[nodiscard]] double shape(double t) const;
+  [[nodiscard]] float sample1(float u) const;
+  void tabulate();
+
+  FilterKind kind_;
+  double width_;
+  double norm_ = 1;  ///< density(0) / shape(0)
+  // Of the half 0 ≤ t ≤ 1, for the kinds without a closed inverse: shape and distribution at
+  // segments + 1 places, and for each of as many equal steps of the distribution the segment in
+  // which it begins.
+  std::array<double, segments + 1> shape_{}, cdf_{};
+  std::array<std::uint16_t, segments> guide_{};
+};
+
+}  // namespace tessera::render

@@ -1,0 +1,97 @@
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <variant>
+
+#include "worker/render/vec.hpp"
+
+/// What emits, and how directions towards it are drawn. Densities are per unit of solid angle at
+/// the point that is lit.
+namespace tessera::render {
+
+/// Parallelogram corner + s·edge_u + t·edge_v; it emits on the side of edge_u × edge_v.
+struct QuadLight {
+  Vec3 corner, edge_u, edge_v;
+};
+/// It emits on the side of (b − a) × (c − a).
+struct TriangleLight {
+  Vec3 a, b, c;
+};
+/// It emits outwards.
+struct SphereLight {
+  Vec3 center;
+  float radius = 1;
+};
+/// Constant, from every direction, infinitely far.
+struct EnvironmentLight {
+  Vec3 center;  ///< of the scene, and the radius of a sphere around it: they give it a power to be
+                ///< chosen by
+  float radius = 1;
+};
+
+constexpr std::uint32_t no_id = 0xffffffffU;
+
+struct Light {
+  std::variant<QuadLight, TriangleLight, SphereLight, EnvironmentLight> shape;
+  Color radiance;
+  bool two_sided = false;
+  std::uint16_t group = 0;         ///< light group, for separate output
+  std::uint32_t instance = no_id;  ///< what a ray that hits it reports
+  std::uint32_t primitive = no_id;
+};
+
+/// Where light is asked for.
+struct LightContext {
+  Vec3 p;
+  /// Unit normal on the side of wo, where the surface scatters on that side alone; zero in a medium
+  /// and where light may come from all sides. The environment is sampled by the cosine against it,
+  /// others may take it for a hint.
+  Vec3 n;
+  std::uint32_t medium = no_id;
+};
+
+/// A direction towards a light; pdf 0 means that there is none (the light is edge-on or turned
+/// away).
+struct LightSample {
+  Vec3 wi;                                                  ///< unit, from p to the light
+  float distance = std::numeric_limits<float>::infinity();  ///< to the sampled point
+  Color radiance;               ///< that leaves it towards p, if nothing stands between
+  float pdf = 0;                ///< of wi, by this light alone, per solid angle
+  std::uint32_t light = no_id;  ///< index in the table, where a table was asked
+  std::uint32_t instance = no_id;
+  std::uint32_t primitive = no_id;
+
+  explicit operator bool() const { return pdf > 0; }
+};
+
+/// A point of a light that was found by other means (by following a BSDF's sample).
+struct LightHit {
+  Vec3 wi;                                                  ///< unit, from p to the light
+  float distance = std::numeric_limits<float>::infinity();  ///< to the hit
+  std::uint32_t instance = no_id;
+  std::uint32_t primitive = no_id;
+};
+
+/// Directions in which a light emits: within `theta_o` of the axis lie its normals, and `theta_e`
+/// further the emission ends (Conty and Kulla, "Importance Sampling of Many Lights", 2018). As
+/// cosines.
+struct EmissionCone {
+  Vec3 axis{0, 0, 1};
+  float cos_theta_o = -1;
+  float cos_theta_e = 0;
+};
+
+LightSample sample(const Light& light, const LightContext& context, Vec2 u);
+/// The density with which sample() gives hit.wi from context.p; 0 where it never does. The hit must
+/// be a point of the light.
+float pdf(const Light& light, const LightContext& context, const LightHit& hit);
+/// The radiance that leaves a point of the light towards p against wi: by which side p sees.
+Color emitted(const Light& light, const LightContext& context, const Vec3& wi);
+
+/// Empty for the environment.
+Bounds3 bounds(const Light& light);
+EmissionCone cone(const Light& light);
+/// Watts, per channel; the environment's through the sphere around the scene.
+Color power(const Light& light);
+
+}  // namespace tessera::render

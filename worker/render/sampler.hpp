@@ -1,0 +1,119 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "worker/render/hash.hpp"
+#include "worker/render/sampler_independent.hpp"
+#include "worker/render/sampler_sobol.hpp"
+#include "worker/render/vec.hpp"
+
+namespace tessera::render {
+
+/// The fixed map of dimensions, in sets of four that are stratified together ("padded"). A
+/// dimension is 4·set + place.
+///
+/// What is drawn together stands in one set, and the pair that matters most stands in its places 0
+/// and 1, which form a (0,2)-sequence. The light's choice is in the light's set, not beside the
+/// BSDF's numbers: choice and point are stratified jointly, and with N light samples the whole set
+/// is drawn at index sample·N + j while the BSDF's stays at `sample`.
+namespace dim {
+constexpr std::uint32_t film_set = 0;  ///< [film x, film y, lens x, lens y]
+constexpr std::uint32_t path_set = 1;  ///< [time, hero channel, -, -]
+constexpr std::uint32_t first_bounce_set = 2;
+constexpr std::uint32_t sets_per_bounce = 4;
+
+/// [bsdf x, bsdf y, lobe, roulette]; `bounce` counts from 0, the first hit.
+constexpr std::uint32_t bsdf_set(std::uint32_t bounce) {
+  return first_bounce_set + sets_per_bounce * bounce;
+}
+/// [light x, light y, light pick, -]; drawn with an index per light sample.
+constexpr std::uint32_t light_set(std::uint32_t bounce) { return bsdf_set(bounce) + 1; }
+/// [phase x, phase y, distance, -]
+constexpr std::uint32_t medium_set(std::uint32_t bounce) { return bsdf_set(bounce) + 2; }
+/// [-, -, -, -], for what is to come (subsurface, nested stochastic choices)
+constexpr std::uint32_t spare_set(std::uint32_t bounce) { return bsdf_set(bounce) + 3; }
+
+// Places within those sets. Pairs are named by their first place.
+constexpr std::uint32_t film = 0, lens = 2;                ///< film_set
+constexpr std::uint32_t time = 0, hero = 1;                ///< path_set
+constexpr std::uint32_t bsdf = 0, lobe = 2, roulette = 3;  ///< bsdf_set
+constexpr std::uint32_t light = 0, light_pick = 2;         ///< light_set
+constexpr std::uint32_t phase = 0, distance = 2;           ///< medium_set
+}  // namespace dim
+
+/// One draw of a set: four numbers, each as 32 bits and as a float in [0, 1).
+class Draw4 {
+ public:
+  explicit Draw4(const std::array<std::uint32_t, 4>& bits) : bits_(bits) {}
+  /// Uniform in [0, 1), a multiple of 2^-24.
+  [[nodiscard]] float operator[](std::uint32_t place) const { return unit_float(bits_[place]); }
+  /// The numbers at `first` and first + 1.
+  [[nodiscard]] Vec2 pair(std::uint32_t first) const {
+    return {(*this)[first], (*this)[first + 1]};
+  }
+  /// All 32 bits, for a choice among more things than a float tells apart.
+  [[nodiscard]] std::uint32_t bits(std::uint32_t place) const { return bits_[place]; }
+
+ private:
+  std::array<std::uint32_t, 4> bits_;
+};
+
+enum class SamplerKind : std::uint8_t {
+  sobol_owen,   ///< Burley's shuffled, Owen-scrambled Sobol' sequence
+  independent,  ///< a hash of its address: plain Monte Carlo, for comparison
+};
+
+/// From a name of the table in sampler.cpp; throws Error{bad_input} that lists the valid names.
+SamplerKind sampler_kind(std::string_view name);
+/// The valid names, the default first.
+std::vector<std::string_view> sampler_names();
+
+/// The random numbers of one sample of one pixel. A number is a function of (kind, seed, pixel,
+/// sample, dimension) alone: it is the same whatever was drawn before, on whichever thread or
+/// machine. The object is a value without any stream.
+class Sampler {
+ public:
+  /// `seed` is the frame's (frame_seed). `sample` counts from 0 within the pixel, over all passes.
+  Sampler(SamplerKind kind, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
+          std::uint64_t sample)
+      : pixel_hash_(hash_combine(seed, (static_cast<std::uint64_t>(y) << 32) | x)),
+        sample_(sample),
+        kind_(kind) {}
+
+  /// The set at this sample's index.
+  [[nodiscard]] Draw4 draw4(std::uint32_t set) const { return draw_at(set, sample_); }
+  /// The set for the j-th of n draws that one sample makes of it (0 ≤ j < n): index sample·n + j.
+  [[nodiscard]] Draw4 draw4(std::uint32_t set, std::uint32_t j, std::uint32_t n) const {
+    return draw_at(set, sample_ * n + j);
+  }
+  /// One dimension, 4·set + place. It costs as much as its whole set.
+  [[nodiscard]] float draw1(std::uint32_t dimension) const {
+    return draw4(dimension / 4)[dimension % 4];
+  }
+  /// Dimensions `dimension` and dimension + 1, which must stand in one set.
+  [[nodiscard]] Vec2 draw2(std::uint32_t dimension) const {
+    return draw4(dimension / 4).pair(dimension % 4);
+  }
+  /// A hash of (seed, pixel, sample): for numbers that are addressed by something else than a
+  /// dimension.
+  [[nodiscard]] std::uint64_t hash() const { return hash_combine(pixel_hash_, sample_); }
+
+ private:
+  [[nodiscard]] Draw4 draw_at(std::uint32_t set, std::uint64_t index) const {
+    switch (kind_) {
+      case SamplerKind::independent:
+        return Draw4(independent_draw(pixel_hash_, set, index));
+      case SamplerKind::sobol_owen:
+        break;
+    }
+    return Draw4(sobol_owen_draw(pixel_hash_, set, index));
+  }
+
+  std::uint64_t pixel_hash_;
+  std::uint64_t sample_;
+  SamplerKind kind_;
+};
+
+}  // namespace tessera::render
