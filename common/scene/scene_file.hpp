@@ -18,6 +18,8 @@ class SceneFiles {
   /// The file on this machine that holds the bytes of `path`. Throws Error{not_found} if the scene
   /// has no such file, and Error{bad_input} if the path leads outside.
   [[nodiscard]] virtual std::filesystem::path locate(const std::string& path) const = 0;
+  /// How errors call the file `path`: as a person would find it.
+  [[nodiscard]] virtual std::string shown(const std::string& path) const = 0;
 };
 
 /// The files of a scene that lies in a plain folder. Symbolic links that lead outside the folder
@@ -26,6 +28,7 @@ class FolderFiles : public SceneFiles {
  public:
   explicit FolderFiles(const std::filesystem::path& folder);
   [[nodiscard]] std::filesystem::path locate(const std::string& path) const override;
+  [[nodiscard]] std::string shown(const std::string& path) const override;
 
  private:
   std::filesystem::path folder_;
@@ -37,6 +40,7 @@ class BundleFiles : public SceneFiles {
  public:
   explicit BundleFiles(std::map<std::string, std::filesystem::path> files);
   [[nodiscard]] std::filesystem::path locate(const std::string& path) const override;
+  [[nodiscard]] std::string shown(const std::string& path) const override;
 
  private:
   std::map<std::string, std::filesystem::path> files_;

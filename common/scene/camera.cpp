@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "common/base/names.hpp"
+#include "common/scene/parts.hpp"
+
+namespace tessera::scene {
+
+namespace {
+
+constexpr double degrees_per_radian = 180.0 / 3.14159265358979323846;
+
+/// The vertical field of view, from "fov" or from a lens and the film behind it.
+double read_fov(Fields& in) {
+  const auto fov = in.optional("fov");
+  const auto focal_length = in.optional("focal_length");
+  const auto film_size = in.optional("film_size");
+  if (fov && (focal_length || film_size))
+    fov->fail("give the field of view by fov, or by focal_length and film_size, and not by both");
+  if (fov) return fov->number(1e-3, 179.999);
+  if (!focal_length && !film_size) return Camera{}.fov_y_degrees;
+  const double focal = in.required("focal_length").number(length_least, length_most);
+  Vec2 film{};
+  in.required("film_size").numbers(film.data(), 2, length_least, length_most);
+  return 2 * std::atan(film[1] / 2 / focal) * degrees_per_radian;
+}
+
+Camera read_camera(const Value& value, std::size_t position) {
+  Fields in(value);
+  Camera out;
+  out.name = in.text_or("name", position == 0 ? "camera" : fmt::format("camera {}", position + 1));
+  if (!is_plain_name(out.name))
+    in.required("name").fail("expected 1 to 128 bytes without control characters");
+  out.eye = in.required("eye").point();
+  const Value target = in.required("target");
+  out.target = target.point();
+  const auto up = in.optional("up");
+  if (up) out.up = up->point();
+  out.fov_y_degrees = read_fov(in);
+  in.finish();
+
+  const Vec3 view{out.target[0] - out.eye[0], out.target[1] - out.eye[1],
+                  out.target[2] - out.eye[2]};
+  const double distance = std::hypot(view[0], view[1], view[2]);
+  if (!(distance >= length_least))
+    target.fail("the target is where the eye is: the camera looks nowhere");
+  const Vec3& u = out.up;
+  const double size = std::hypot(u[0], u[1], u[2]);
+  const double across = std::hypot(view[1] * u[2] - view[2] * u[1], view[2] * u[0] - view[0] * u[2],
+                                   view[0] * u[1] - view[1] * u[0]);
+  if (!(size >= length_least) || !(across > 1e-9 * size * distance))
+    up.value_or(value).fail("up has no length, or lies along the line of sight");
+  return out;
+}
+
+}  // namespace
+
+std::vector<Camera> read_cameras(Fields& root) {
+  const auto one = root.optional("camera");
+  const auto list = root.optional("cameras");
+  if (one && list) list->fail("give camera, or the list cameras, and not both");
+  if (one) return {read_camera(*one, 0)};
+  if (!list) (void)root.required("camera");
+  std::vector<Camera> out;
+  for (const Value& value : list->items("a list of cameras")) {
+    Camera camera = read_camera(value, out.size());
+    for (const Camera& other : out)
+      if (other.name == camera.name)
+        value.fail(fmt::format("two cameras have the name \"{}\"", camera.name));
+    out.push_back(std::move(camera));
+  }
+  if (out.empty()) list->fail("expected at least one camera");
+  return out;
+}
+
+}  // namespace tessera::scene

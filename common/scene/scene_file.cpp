@@ -1,0 +1,188 @@
+#include "common/scene/scene_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/names.hpp"
+#include "common/scene/names.hpp"
+#include "common/scene/parts.hpp"
+#include "common/scene/read_file.hpp"
+
+namespace tessera::scene {
+
+namespace fs = std::filesystem;
+
+fs::path Reading::use_file(const Value& value) {
+  try {
+    const std::string path = checked_path(value.text());
+    fs::path file = files_.locate(path);
+    const bool known = std::any_of(used_.begin(), used_.end(),
+                                   [&](const UsedFile& used) { return used.path == path; });
+    if (!known) used_.push_back({path, file});
+    return file;
+  } catch (const Error& error) {
+    if (error.place().line != 0) throw;
+    throw Error(ErrorKind::bad_input, error.message(), value.place());
+  }
+}
+
+std::string read_name(Fields& fields, std::string_view key, std::string_view kind,
+                      const std::vector<std::string_view>& names) {
+  const Value value = fields.required(key);
+  const std::string& name = value.text();
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    value.fail(unknown_name(kind, name, names));
+  return name;
+}
+
+namespace {
+
+constexpr int film_default = 512;
+
+void read_film(Fields& root, RenderSettings& out) {
+  out.width = out.height = film_default;
+  const auto film = root.optional("film");
+  if (!film) return;
+  Fields in(*film);
+  out.width = static_cast<int>(in.required("width").integer(1, limits::film_side_max));
+  out.height = static_cast<int>(in.required("height").integer(1, limits::film_side_max));
+  in.finish();
+  if (static_cast<std::int64_t>(out.width) * out.height > limits::film_pixels_max)
+    film->fail(fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
+                           out.width, out.height, limits::film_pixels_max));
+}
+
+template <class Names>
+std::string name_or(Fields& in, std::string_view kind, const Names& names,
+                    const std::string& fallback) {
+  if (!in.optional(kind)) return fallback;
+  return read_name(in, kind, kind, {names.begin(), names.end()});
+}
+
+void read_render(Fields& root, RenderSettings& out) {
+  const auto render = root.optional("render");
+  if (!render) return;
+  Fields in(*render);
+  out.samples = in.integer_or("samples", 1, limits::samples_max, out.samples);
+  out.bounces = static_cast<int>(in.integer_or("bounces", 0, limits::bounces_max, out.bounces));
+  out.integrator = name_or(in, "integrator", integrator_names, out.integrator);
+  out.sampler = name_or(in, "sampler", sampler_names, out.sampler);
+  out.filter = name_or(in, "filter", filter_names, out.filter);
+  out.filter_width = in.number_or("filter_width", 0, 64, out.filter_width);
+  out.light_samples = static_cast<int>(
+      in.integer_or("light_samples", 1, limits::light_samples_max, out.light_samples));
+  out.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
+  in.finish();
+}
+
+std::optional<Environment> read_environment(Fields& root) {
+  const auto environment = root.optional("environment");
+  if (!environment) return std::nullopt;
+  Fields in(*environment);
+  Environment out;
+  out.radiance = in.required("radiance").color(radiance_most);
+  in.finish();
+  return out;
+}
+
+std::vector<Object> read_objects(const Value& objects, Reading& reading) {
+  std::vector<Object> out;
+  for (const Value::Member& member : objects.members()) {
+    if (!is_plain_name(member.key.text()))
+      member.key.fail("expected a name of 1 to 128 bytes without control characters");
+    Fields in(member.value);
+    const Value shapes = in.required("shapes");
+    in.finish();
+    out.push_back({member.key.text(), read_shapes(shapes, reading)});
+    if (out.back().shapes.empty()) shapes.fail("expected at least one shape");
+  }
+  return out;
+}
+
+std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects) {
+  std::vector<std::string_view> names;
+  for (const Object& object : objects) names.push_back(object.name);
+  std::vector<Instance> out;
+  for (const Value& value : instances.items("a list of instances")) {
+    Fields in(value);
+    Instance instance;
+    const Value object = in.required("object");
+    const auto found = std::find(names.begin(), names.end(), object.text());
+    if (names.empty())
+      object.fail(fmt::format("unknown object \"{}\": the scene has none", object.text()));
+    if (found == names.end()) object.fail(unknown_name("object", object.text(), names));
+    instance.object = static_cast<std::uint32_t>(found - names.begin());
+    if (const auto transform = in.optional("transform"))
+      instance.to_world = read_transform(*transform);
+    in.finish();
+    out.push_back(instance);
+  }
+  return out;
+}
+
+Scene read_scene(const Value& value, Reading& reading) {
+  Fields root(value);
+  (void)root.required("tessera").integer(1, 1);  // the version of the format
+  Scene out;
+  out.name = root.text_or("name", "");
+  if (!out.name.empty() && !is_plain_name(out.name))
+    root.required("name").fail("expected a name of at most 128 bytes without control characters");
+  (void)root.text_or("about", "");
+  read_film(root, out.render);
+  read_render(root, out.render);
+  out.cameras = read_cameras(root);
+  out.environment = read_environment(root);
+  if (const auto materials = root.optional("materials"))
+    reading.materials = read_materials(*materials);
+  if (const auto shapes = root.optional("shapes")) out.shapes = read_shapes(*shapes, reading);
+  if (const auto objects = root.optional("objects")) out.objects = read_objects(*objects, reading);
+  if (const auto instances = root.optional("instances"))
+    out.instances = read_instances(*instances, out.objects);
+  root.finish();
+  out.materials = reading.materials;
+  return out;
+}
+
+Scene parse(std::string text, const std::string& name, Reading& reading) {
+  const Document document(std::move(text), name);
+  const Value root(document, 0);
+  if (root.kind() != Kind::object) root.fail_expected("an object");
+  return read_scene(root, reading);
+}
+
+LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) {
+  const std::string checked = checked_path(path);
+  const fs::path file = files.locate(checked);
+  const std::string name = files.shown(checked);
+  Reading reading(files, meshes);
+  LoadedScene out;
+  out.scene = parse(read_file(file, name, limits::scene_json_bytes), name, reading);
+  out.files.push_back({checked, file});
+  for (const UsedFile& used : reading.used())
+    if (used.path != checked) out.files.push_back(used);
+  return out;
+}
+
+}  // namespace
+
+LoadedScene load_scene(const SceneFiles& files, const std::string& path) {
+  return load(files, path, true);
+}
+
+LoadedScene load_scene(const fs::path& file) {
+  return load_scene(FolderFiles(file.parent_path()), file.filename().string());
+}
+
+std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path) {
+  return load(files, path, false).files;
+}
+
+Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files) {
+  Reading reading(files, true);
+  return parse(std::string(text), name, reading);
+}
+
+}  // namespace tessera::scene
