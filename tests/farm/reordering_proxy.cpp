@@ -18,7 +18,6 @@ namespace tessera::farm_test {
 
 namespace {
 
-constexpr std::size_t results_held = 6;
 constexpr int patience_ms = 150;
 
 sockaddr_in loopback(int port) {
@@ -63,7 +62,8 @@ int release(std::vector<Held>& held, int coordinator) {
 
 }  // namespace
 
-ReorderingProxy::ReorderingProxy(const std::string& coordinator) : coordinator_(coordinator) {
+ReorderingProxy::ReorderingProxy(const std::string& coordinator, std::size_t held_most)
+    : coordinator_(coordinator), held_most_(held_most) {
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address = loopback(0);
   socklen_t size = sizeof address;
@@ -79,6 +79,11 @@ ReorderingProxy::~ReorderingProxy() {
   stop_ = true;
   thread_.join();
   close(listener_);
+}
+
+std::vector<ReorderingProxy::Seen> ReorderingProxy::seen() const {
+  const std::scoped_lock lock(mutex_);
+  return seen_;
 }
 
 void ReorderingProxy::serve() {
@@ -104,7 +109,7 @@ void ReorderingProxy::relay(int worker, int coordinator) {
   while (!stop_) {
     std::array<pollfd, 2> sides{pollfd{worker, POLLIN, 0}, pollfd{coordinator, POLLIN, 0}};
     const int ready = poll(sides.data(), sides.size(), patience_ms);
-    if (ready == 0 || held.size() >= results_held) {
+    if (ready == 0) {
       const int overtook = release(held, coordinator);
       if (overtook < 0) return;
       swapped_ += overtook;
@@ -121,10 +126,20 @@ void ReorderingProxy::relay(int worker, int coordinator) {
     while (auto frame = reader.read(bytes)) {
       auto whole = wire::frame_bytes(frame->type, frame->header, frame->body);
       const wire::Message message = wire::decode(frame->type, frame->header);
-      if (const auto* result = std::get_if<wire::Result>(&message))
+      if (const auto* result = std::get_if<wire::Result>(&message)) {
+        {
+          const std::scoped_lock lock(mutex_);
+          seen_.push_back({std::chrono::steady_clock::now(), result->seconds});
+        }
         held.push_back({result->task.pass, std::move(whole)});
-      else if (!send_all(coordinator, whole))
+        if (held.size() >= held_most_) {
+          const int overtook = release(held, coordinator);
+          if (overtook < 0) return;
+          swapped_ += overtook;
+        }
+      } else if (!send_all(coordinator, whole)) {
         return;
+      }
     }
   }
 }

@@ -1,7 +1,11 @@
 #pragma once
 #include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 /// Stands between one worker and the coordinator and holds results back, to let the last go first.
 namespace tessera::farm_test {
@@ -11,7 +15,8 @@ namespace tessera::farm_test {
 /// with the highest pass first.
 class ReorderingProxy {
  public:
-  explicit ReorderingProxy(const std::string& coordinator);
+  /// Holds up to `held_most` results; 1 lets each pass as it comes.
+  explicit ReorderingProxy(const std::string& coordinator, std::size_t held_most = 6);
   ~ReorderingProxy();
   ReorderingProxy(const ReorderingProxy&) = delete;
   ReorderingProxy& operator=(const ReorderingProxy&) = delete;
@@ -21,11 +26,21 @@ class ReorderingProxy {
   /// How many results have gone on ahead of one that came before them.
   [[nodiscard]] int swapped() const { return swapped_; }
 
+  /// When a result was whole here, and how long its worker says it rendered.
+  struct Seen {
+    std::chrono::steady_clock::time_point when;
+    double seconds = 0;
+  };
+  [[nodiscard]] std::vector<Seen> seen() const;
+
  private:
   void serve();
   void relay(int worker, int coordinator);
 
   std::string coordinator_, address_;
+  std::size_t held_most_;
+  mutable std::mutex mutex_;
+  std::vector<Seen> seen_;  ///< under mutex_
   int listener_ = -1;
   std::atomic<bool> stop_ = false;
   std::atomic<int> swapped_ = 0;

@@ -1,0 +1,202 @@
+// The farm measured on real processes: what it costs beside the renderer alone, what a result costs
+// the coordinator, how many it takes a second, and how long a worker idles between tasks. Each
+// figure is a ratio within this run, or a count.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "tests/farm/farm.hpp"
+#include "tests/farm/reordering_proxy.hpp"
+#include "tests/farm/scripted_worker.hpp"
+
+namespace tessera::farm_test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string cornell() { return (sources() / "scenes/cornell.json").string(); }
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+void print(const std::string& what, double value, const std::string& unit, const std::string& aim) {
+  std::printf("%-64s %12.4g %-10s %s\n", what.c_str(), value, unit.c_str(), aim.c_str());
+  std::fflush(stdout);
+}
+
+/// CPU seconds, user and system, of a command and all that it started and waited for; negative if
+/// it failed.
+double cpu_seconds(const std::vector<std::string>& arguments) {
+  std::vector<char*> pointers;
+  std::vector<std::string> owned = arguments;
+  for (std::string& argument : owned) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (std::freopen("/dev/null", "w", stdout) == nullptr ||
+        std::freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(126);
+    execv(pointers[0], pointers.data());
+    _exit(127);
+  }
+  int status = 0;
+  rusage used{};
+  if (wait4(child, &status, 0, &used) != child || status != 0) return -1;
+  const auto in_seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return in_seconds(used.ru_utime) + in_seconds(used.ru_stime);
+}
+
+/// CPU seconds of a running process so far.
+double cpu_of(pid_t pid) {
+  const std::string text = read_text("/proc/" + std::to_string(pid) + "/stat");
+  std::istringstream fields(text.substr(text.rfind(')') + 2));
+  std::string skipped;
+  for (int field = 3; field < 14; ++field) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+double peak_mib(pid_t pid) {
+  std::istringstream status(read_text("/proc/" + std::to_string(pid) + "/status"));
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
+  return 0;
+}
+
+/// The farm's CPU time over the renderer's, both in turn, so that the machine's drift cancels.
+void overhead(int pairs, int size, int samples) {
+  const std::string film = std::to_string(size) + "x" + std::to_string(size);
+  const std::string spp = std::to_string(samples);
+  const TempFolder folder;
+  for (const auto& [workers, threads] : {std::pair(2, 1), std::pair(1, 2)}) {
+    std::vector<double> ratios;
+    for (int pair = 0; pair < pairs; ++pair) {
+      const double direct =
+          cpu_seconds({(programs() / "bench_direct").string(), cornell(), film, spp, "2"});
+      const double farm =
+          cpu_seconds({(programs() / "tessera").string(), "render", cornell(), "-o",
+                       (folder / "out.exr").string(), "--size", film, "--samples", spp, "--workers",
+                       std::to_string(workers), "--threads", std::to_string(threads)});
+      if (direct <= 0 || farm <= 0) {
+        std::printf("overhead: a run failed\n");
+        return;
+      }
+      std::printf("  pair %d: renderer %.2f s, farm %.2f s\n", pair + 1, direct, farm);
+      std::fflush(stdout);
+      ratios.push_back(farm / direct);
+    }
+    print("CPU of farm over renderer, " + std::to_string(workers) + " x " +
+              std::to_string(threads) + " threads, median",
+          median(ratios), "ratio", "at most 1.05");
+  }
+}
+
+/// Takes tasks and answers at once with tiles made beforehand, as a worker of boundless speed
+/// would.
+class Flood {
+ public:
+  Flood(const std::string& address, int number) : worker_(address, hello(number)) {}
+
+  void run(std::atomic<std::int64_t>& delivered) {
+    while (auto task = worker_.next_task(Seconds(3))) {
+      wire::Result result = ScriptedWorker::result_of(*task);
+      result.seconds = 1e-5;
+      if (!worker_.say(result, tile_for(*task))) return;
+      ++delivered;
+    }
+  }
+
+ private:
+  static ScriptedHello hello(int number) {
+    ScriptedHello hello;
+    hello.identity.replace(0, 1, std::to_string(number));
+    return hello;
+  }
+  const std::vector<std::byte>& tile_for(const AssignedTask& task) {
+    // The same window and pass always have the same bytes; a tile is made once and kept.
+    const auto key = std::pair(task.assign.task.tile, task.assign.task.pass);
+    for (auto& [known, bytes] : made_)
+      if (known == key) return bytes;
+    if (made_.size() > 4) made_.erase(made_.begin());
+    made_.emplace_back(key, ScriptedWorker::good_tile(task));
+    return made_.back().second;
+  }
+  ScriptedWorker worker_;
+  std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::byte>>> made_;
+};
+
+void results(int film, int tile, int samples, const std::string& aim_rate,
+             const std::string& aim_cpu) {
+  Farm farm;
+  const std::string side = std::to_string(film);
+  const double cpu_before = cpu_of(farm.server().pid());
+  const std::string id =
+      farm.submit(cornell(), {"--size", side + "x" + side, "--tile", std::to_string(tile),
+                              "--samples", std::to_string(samples)});
+  std::atomic<std::int64_t> delivered = 0;
+  std::vector<std::thread> threads;
+  const auto started = Clock::now();
+  for (int number = 0; number < 2; ++number)
+    threads.emplace_back([&, number] { Flood(farm.listen(), number).run(delivered); });
+  if (farm.tessera({"wait", id}).code != 0)
+    std::printf("results: the job did not finish\n%s\n", farm.logs().c_str());
+  const double took = std::chrono::duration<double>(Clock::now() - started).count();
+  const double cpu = cpu_of(farm.server().pid()) - cpu_before;
+  for (std::thread& thread : threads) thread.join();
+  const auto count = static_cast<double>(delivered);
+  const std::string name = std::to_string(tile) + "x" + std::to_string(tile);
+  print(name + " results decoded, journaled, folded, acknowledged", count / took, "1/s", aim_rate);
+  print("coordinator's CPU time per " + name + " result", 1e6 * cpu / count, "us", aim_cpu);
+  print("coordinator's peak memory, film " + side + "x" + side, peak_mib(farm.server().pid()),
+        "MiB", "");
+}
+
+void idle_gap() {
+  Farm farm;
+  const ReorderingProxy proxy(farm.listen(), 1);
+  Process& worker = farm.add_worker(1, proxy.address());
+  farm.finish(farm.submit(cornell(), {"--size", "512x512", "--samples", "64"}));
+  const auto seen = proxy.seen();
+  if (seen.size() < 10) {
+    std::printf("idle gap: too few results\n");
+    return;
+  }
+  double rendering = 0;
+  for (std::size_t i = 1; i < seen.size(); ++i) rendering += seen[i].seconds;
+  const double wall = std::chrono::duration<double>(seen.back().when - seen.front().when).count();
+  print("idle gap of a worker between tasks, mean",
+        1e3 * (wall - rendering) / static_cast<double>(seen.size() - 1), "ms", "under 5");
+  print("worker's peak memory, Cornell box", peak_mib(worker.pid()), "MiB", "");
+}
+
+}  // namespace
+}  // namespace tessera::farm_test
+
+/// bench_farm [--quick]: with --quick fewer pairs of a smaller picture, to see that it runs.
+int main(int count, char** arguments) {
+  using namespace tessera::farm_test;
+  const bool quick = count > 1 && std::strcmp(arguments[1], "--quick") == 0;
+  results(1024, 16, 16, "at least 10000", "");
+  results(2048, 64, 16, "", "at most 300");
+  idle_gap();
+  if (quick)
+    overhead(1, 128, 64);
+  else
+    overhead(3, 512, 256);
+  return 0;
+}
