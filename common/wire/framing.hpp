@@ -57,6 +57,9 @@ class FrameReader {
   /// message, and gives that; nullopt when all bytes are taken and none is whole. Throws
   /// FrameError, also each time after the first.
   std::optional<Frame> read(std::span<const std::byte>& bytes);
+  /// Frames that have come whole so far, chunks among them: as long as it grows, the peer is not
+  /// stuck.
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
   /// True if part of a message is here, and the rest is still to come.
   [[nodiscard]] bool in_message() const { return filled_ != 0 || body_left_ != 0; }
 
@@ -68,22 +71,28 @@ class FrameReader {
   void read_header(std::span<const std::byte>& bytes);
   void read_body(std::span<const std::byte>& bytes);
   std::optional<Frame> read_crc(std::span<const std::byte>& bytes);
-  void check_prefix(std::size_t before);
+  void check_magic();
+  void check_version();
   void check_lengths();
+  void enter(Part part, std::size_t length);
   [[noreturn]] void fail(FrameProblem problem, const std::string& message);
 
   bool welcomed_ = false;
-  Part part_ = Part::prefix;
+  std::uint64_t frames_ = 0;
   std::size_t filled_ = 0;  ///< bytes of the present frame that have come
+  // The present frame.
+  Part part_ = Part::prefix;
+  std::size_t part_left_ = prefix_bytes;  ///< bytes of the present part still to come
   std::array<std::byte, prefix_bytes> prefix_{};
   std::array<std::byte, crc_bytes> sent_crc_{};
   std::uint16_t type_ = 0;
-  std::size_t part_left_ = 0;  ///< bytes of the present part still to come
-  std::size_t body_here_ = 0;  ///< bytes of body that the present frame carries
-  std::size_t body_left_ =
-      0;  ///< bytes of the message's body still to come in frames after the present one
+  std::size_t header_bytes_ = 0;
+  std::size_t body_bytes_ = 0;  ///< of the message's body from this frame on
+  std::string header_;
   std::uint32_t crc_ = 0;
-  Frame message_;
+  // The message whose body is being gathered.
+  Frame gathered_;
+  std::size_t body_left_ = 0;  ///< bytes of it to come in frames after those that are here
   std::optional<FrameError> error_;
 };
 

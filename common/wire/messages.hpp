@@ -9,30 +9,32 @@
 #include "common/job/job_spec.hpp"
 #include "common/job/task.hpp"
 
-/// What worker and coordinator say to each other. Plain values; codec.hpp turns them into frames and back.
-/// W→C: worker to coordinator; C→W: the other way.
+/// What worker and coordinator say to each other. Plain values; codec.hpp turns them into frames
+/// and back. W→C: worker to coordinator; C→W: the other way.
 namespace tessera::wire {
 
-/// Both sides must speak the same; a newer peer of the same version may add header keys, which are ignored.
+/// Both sides must speak the same; a newer peer of the same version may add header keys, which are
+/// ignored.
 constexpr std::uint16_t protocol_version = 1;
 
 /// W→C, the first message. Anything else before it ends the connection.
 struct Hello {
-  std::string token;     ///< empty where none is needed
-  std::string name;      ///< for people; not unique
-  std::string identity;  ///< 32 hex digits, made once per worker process; the same when it comes back
+  std::string token;  ///< empty where none is needed
+  std::string name;   ///< for people; not unique
+  std::string
+      identity;  ///< 32 hex digits, made once per worker process; the same when it comes back
   int threads = 0;
-  Digest build_id;       ///< of all that may change a sample's bits
-  std::string version;   ///< the release, for people
+  Digest build_id;      ///< of all that may change a sample's bits
+  std::string version;  ///< the release, for people
 };
 
 /// C→W, the answer to a good hello.
 struct Welcome {
-  std::uint64_t worker = 0;      ///< the coordinator's number for this identity
-  std::uint64_t epoch = 0;       ///< counts the coordinator's starts
-  int heartbeat_ms = 1000;       ///< say something at least this often
-  std::string blob_url;          ///< e.g. "http://host:8420"; blobs are at {blob_url}/v1/blobs/{sha256}
-  std::string blob_token;        ///< shown as a bearer token when fetching blobs; may be empty
+  std::uint64_t worker = 0;  ///< the coordinator's number for this identity
+  std::uint64_t epoch = 0;   ///< counts the coordinator's starts
+  int heartbeat_ms = 1000;   ///< say something at least this often
+  std::string blob_url;      ///< e.g. "http://host:8420"; blobs are at {blob_url}/v1/blobs/{sha256}
+  std::string blob_token;    ///< shown as a bearer token when fetching blobs; may be empty
 };
 
 /// C→W, the answer to a hello that cannot be taken; the connection ends.
@@ -50,7 +52,8 @@ struct Assign {
   std::optional<JobSpec> spec;
 };
 
-/// W→C: fetching the job's blobs or building its scene. Sent again at least every heartbeat while it lasts.
+/// W→C: fetching the job's blobs or building its scene. Sent again at least every heartbeat while
+/// it lasts.
 struct Preparing {
   JobId job = 0;
   double fraction = 0;  ///< 0…1
@@ -106,7 +109,8 @@ struct Rejected {
 /// W→C: the task, or the whole job's scene, could not be rendered.
 struct Failed {
   JobId job = 0;
-  std::optional<LeaseId> lease;  ///< lacking: the job's scene could not be built or fetched; all its leases are given back
+  std::optional<LeaseId> lease;  ///< lacking: the job's scene could not be built or fetched; all
+                                 ///< its leases are given back
   std::string code;              ///< "scene", "fetch", "memory", "render"
   std::string reason;            ///< a sentence with the place
 };
@@ -121,10 +125,11 @@ struct Bye {
   std::string reason;
 };
 
-using Message = std::variant<Hello, Welcome, Refused, Assign, Preparing, Ready, Progress, Revoke, Result, Accepted, Stale,
-                             Rejected, Failed, Drain, Bye>;
+using Message = std::variant<Hello, Welcome, Refused, Assign, Preparing, Ready, Progress, Revoke,
+                             Result, Accepted, Stale, Rejected, Failed, Drain, Bye>;
 
-/// The u16 message type on the wire is the alternative's index + 1; the order above is part of the protocol.
+/// The u16 message type on the wire is the alternative's index + 1; the order above is part of the
+/// protocol.
 std::uint16_t type_of(const Message& message);
 
 }  // namespace tessera::wire
