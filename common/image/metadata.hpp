@@ -14,13 +14,15 @@ namespace tessera::image {
 /// Row-major 4×4 matrix, for row vectors, as OpenEXR's m44f.
 using Matrix = std::array<float, 16>;
 
-/// What an attribute of an EXR header can hold here. A number beyond 32 bits (a seed) is written as text.
+/// What an attribute of an EXR header can hold here. A number beyond 32 bits (a seed) is written as
+/// text.
 using AttributeValue = std::variant<std::string, std::int32_t, float, double, Matrix>;
 
-/// What a picture's header says of how it was made: named values in the order in which they were first set. Equal metadata
-/// gives equal bytes. Which values are usual: tessera.scene (the bundle's digest), tessera.camera, tessera.frame,
-/// tessera.seed, tessera.samples, tessera.integrator, tessera.sampler, tessera.filter, tessera.bounces, tessera.build,
-/// tessera.render_seconds, and of OpenEXR's own: software, comments, owner, capDate, utcOffset, worldToCamera, worldToNDC.
+/// What a picture's header says of how it was made: named values in the order in which they were
+/// first set. Equal metadata gives equal bytes. Which values are usual: tessera.scene (the bundle's
+/// digest), tessera.camera, tessera.frame, tessera.seed, tessera.samples, tessera.integrator,
+/// tessera.sampler, tessera.filter, tessera.bounces, tessera.build, tessera.render_seconds, and of
+/// OpenEXR's own: software, comments, owner, capDate, utcOffset, worldToCamera, worldToNDC.
 class Metadata {
  public:
   struct Attribute {
@@ -29,8 +31,9 @@ class Metadata {
     bool operator==(const Attribute&) const = default;
   };
 
-  /// Adds, or replaces a value of the same name. The name has 1 to 31 bytes and is none of those that say how the file is
-  /// laid out (channels, dataWindow, chromaticities, …): anything else is a mistake of the caller's, Error{failed}.
+  /// Adds, or replaces a value of the same name. The name has 1 to 31 bytes and is none of those
+  /// that say how the file is laid out (channels, dataWindow, chromaticities, …): anything else is
+  /// a mistake of the caller's, Error{failed}.
   void set(std::string_view name, AttributeValue value);
   /// The value, or nullptr.
   [[nodiscard]] const AttributeValue* find(std::string_view name) const;
@@ -43,8 +46,8 @@ class Metadata {
   std::vector<Attribute> attributes_;
 };
 
-/// All that the job says of one of its frames, and `software`. The caller adds what it knows besides: tessera.build,
-/// tessera.render_seconds, capDate.
+/// All that the job says of one of its frames, and `software`. The caller adds what it knows
+/// besides: tessera.build, tessera.render_seconds, capDate.
 Metadata metadata_of(const JobSpec& job, std::int32_t frame);
 
 /// capDate ("YYYY:MM:DD hh:mm:ss", in UTC) and utcOffset 0.

@@ -14,13 +14,14 @@
 /// Whole frames: as EXR and PNG bytes, and EXR files read back.
 namespace tessera::image {
 
-/// A frame's values in memory. Planes stand one after another in the order of channel_table(), all channels, each row by row
-/// from the upper left: means (R, G, B, A premultiplied), M2, nearest.
+/// A frame's values in memory. Planes stand one after another in the order of channel_table(), all
+/// channels, each row by row from the upper left: means (R, G, B, A premultiplied), M2, nearest.
 struct FrameImage {
   int width = 0;
   int height = 0;
   std::vector<float> values;
-  std::vector<std::uint32_t> samples;  ///< behind each pixel's beauty group; 0 where nothing has arrived
+  std::vector<std::uint32_t>
+      samples;  ///< behind each pixel's beauty group; 0 where nothing has arrived
 
   [[nodiscard]] std::size_t pixels() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -38,15 +39,16 @@ enum class Compression {
   zip,  ///< lossless, 16 lines at a time
 };
 
-/// An EXR file of one part, scan lines of 32-bit float, Rec. 709 primaries: R, G, B, A (premultiplied), variance.R/G/B (of the
-/// pixel's mean: M2/(n(n−1)), 0 for n < 2), albedo.R/G/B, N.X/Y/Z, Z, samples (n of the pixel). Equal content and metadata give
-/// equal bytes.
+/// An EXR file of one part, scan lines of 32-bit float, Rec. 709 primaries: R, G, B, A
+/// (premultiplied), variance.R/G/B (of the pixel's mean: M2/(n(n−1)), 0 for n < 2), albedo.R/G/B,
+/// N.X/Y/Z, Z, samples (n of the pixel). Equal content and metadata give equal bytes.
 std::vector<std::byte> encode_exr(const FrameImage& frame, const Metadata& metadata,
                                   Compression compression = Compression::zip);
 
-/// An EXR file as it was read: any flat file of OpenEXR's (the first part of several), every value as float.
+/// An EXR file as it was read: any flat file of OpenEXR's (the first part of several), every value
+/// as float.
 struct ExrImage {
-  int width = 0;   ///< of the data window
+  int width = 0;  ///< of the data window
   int height = 0;
   std::vector<std::string> channels;  ///< in the file's order, which is by name
   std::vector<float> values;          ///< planes in the order of `channels`
@@ -57,19 +59,24 @@ struct ExrImage {
   [[nodiscard]] std::span<const float> plane(std::string_view channel) const;
 };
 
-/// Throws Error{bad_input} for what is no EXR file or has no picture within limits.hpp; `name` is what the errors call it.
+/// Throws Error{bad_input} for what is no EXR file or has no picture within limits.hpp; `name` is
+/// what the errors call it.
 ExrImage read_exr(std::span<const std::byte> exr, const std::string& name = "EXR");
 ExrImage read_exr_file(const std::filesystem::path& file);
 
-/// An 8-bit RGB PNG file in sRGB: each colour times 2^exposure_stops, clipped to [0, 1]. `rgb` is three planes (or more;
-/// what follows is not read), premultiplied, so that what is transparent is shown over black.
-std::vector<std::byte> encode_png(int width, int height, std::span<const float> rgb, double exposure_stops = 0);
+/// An 8-bit RGB PNG file in sRGB: each colour times 2^exposure_stops, clipped to [0, 1]. `rgb` is
+/// three planes (or more; what follows is not read), premultiplied, so that what is transparent is
+/// shown over black.
+std::vector<std::byte> encode_png(int width, int height, std::span<const float> rgb,
+                                  double exposure_stops = 0);
 
-/// True for channels that say how a picture came about and not what it shows (time, worker): outside the exactness contract.
+/// True for channels that say how a picture came about and not what it shows (time, worker):
+/// outside the exactness contract.
 bool is_diagnostic(std::string_view channel);
 
-/// Nothing if both have the same size and, diagnostic channels aside, the same channels with the same bits. Else one sentence
-/// with the first difference and how many values differ. Headers are not compared.
+/// Nothing if both have the same size and, diagnostic channels aside, the same channels with the
+/// same bits. Else one sentence with the first difference and how many values differ. Headers are
+/// not compared.
 std::optional<std::string> difference(const ExrImage& a, const ExrImage& b);
 
 }  // namespace tessera::image

@@ -12,19 +12,23 @@
 /// What a frame has gathered so far, and how it is looked at. Pure: no thread, no file.
 namespace tessera::server {
 
-/// A film as it stood at one version. Its tiles never change, so that any thread may read it while the film goes on.
+/// A film as it stood at one version. Its tiles never change, so that any thread may read it while
+/// the film goes on.
 struct FilmSnapshot {
   TileGrid grid;
   std::uint64_t version = 0;
-  std::vector<std::shared_ptr<const FilmTile>> tiles;  ///< by index in the grid; nullptr where nothing has arrived
-  std::vector<std::uint64_t> versions;                 ///< the film's version when each tile changed last; 0: never
+  std::vector<std::shared_ptr<const FilmTile>>
+      tiles;  ///< by index in the grid; nullptr where nothing has arrived
+  std::vector<std::uint64_t>
+      versions;  ///< the film's version when each tile changed last; 0: never
 };
 
-/// The film of one frame. Its version grows by one with every change. Tiles are copied on write: a snapshot costs a pointer
-/// a tile. One thread at a time.
+/// The film of one frame. Its version grows by one with every change. Tiles are copied on write: a
+/// snapshot costs a pointer a tile. One thread at a time.
 class Film {
  public:
-  /// Empty. `version` is where counting goes on after a start: at least the last version that anyone was told.
+  /// Empty. `version` is where counting goes on after a start: at least the last version that
+  /// anyone was told.
   explicit Film(const TileGrid& grid, std::uint64_t version = 0);
 
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
@@ -38,7 +42,8 @@ class Film {
   void fold(std::uint32_t tile, const image::TileImage& pass);
   /// Puts a tile in that was folded elsewhere (on a pool's thread, by folded()).
   void put(std::uint32_t tile, std::shared_ptr<const FilmTile> folded);
-  /// Puts a tile back that was read from the store. The version stays; the tile counts as changed at it.
+  /// Puts a tile back that was read from the store. The version stays; the tile counts as changed
+  /// at it.
   void restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored);
 
   [[nodiscard]] FilmSnapshot snapshot();
@@ -55,10 +60,12 @@ class Film {
   std::vector<Slot> slots_;
 };
 
-/// A copy of `before` (nullptr: nothing yet) with the pass folded in; leaves `before` as it is. Any thread.
+/// A copy of `before` (nullptr: nothing yet) with the pass folded in; leaves `before` as it is. Any
+/// thread.
 std::shared_ptr<const FilmTile> folded(const FilmTile* before, const image::TileImage& pass);
 
-/// The whole frame, all channels; each tile by its own n; where nothing has arrived 0 (alpha too; Z nothing_hit_z).
+/// The whole frame, all channels; each tile by its own n; where nothing has arrived 0 (alpha too; Z
+/// nothing_hit_z).
 image::FrameImage resolve(const FilmSnapshot& film);
 /// R, G, B and A alone, four planes: what a PNG or a preview shows.
 std::vector<float> resolve_rgba(const FilmSnapshot& film);

@@ -10,12 +10,14 @@
 /// Folding: what a tile of the film has gathered, exactly. Pure.
 namespace tessera::server {
 
-/// One tile of a film after some passes. Sums are double, folded in pass order; nothing is rounded until it is read.
+/// One tile of a film after some passes. Sums are double, folded in pass order; nothing is rounded
+/// until it is read.
 struct FilmTile {
   Rect window;
-  std::uint32_t passes = 0;                                ///< folded: [0, passes)
-  std::array<std::uint64_t, image::group_count> samples{}; ///< per pixel, of each group
-  /// Planes in the order of channel_table(): Σ n·mean for means, M2 for second moments, the least for nearest.
+  std::uint32_t passes = 0;                                 ///< folded: [0, passes)
+  std::array<std::uint64_t, image::group_count> samples{};  ///< per pixel, of each group
+  /// Planes in the order of channel_table(): Σ n·mean for means, M2 for second moments, the least
+  /// for nearest.
   std::vector<double> sums;
 
   [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.pixels()); }
@@ -25,8 +27,11 @@ struct FilmTile {
 FilmTile empty_film_tile(const Rect& window);
 /// Folds the result of pass `tile.passes` in. Passes must come in order, each once.
 void fold(FilmTile& tile, const image::TileImage& pass);
-/// The values that a picture shows: means, M2, nearest; planes as in TileImage, all channels. Where a group has no samples,
-/// 0 (Z: nothing_hit_z).
+/// The values that a picture shows: means, M2, nearest; planes as in TileImage, all channels. Where
+/// a group has no samples, 0 (Z: nothing_hit_z).
 std::vector<float> resolve(const FilmTile& tile);
+/// What a channel's sums are divided by to give its values: its group's samples for means, 1 for
+/// all else.
+double mean_divisor(const FilmTile& tile, std::size_t channel);
 
 }  // namespace tessera::server

@@ -1,0 +1,20 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tessera::image {
+
+/// EXR's ZIP compression of one chunk: bytes split into even and odd, each replaced by its
+/// difference to the one before, then deflated into a zlib stream, by ISA-L's igzip.
+class ZipCompressor {
+ public:
+  /// The compressed chunk, or nothing if it would not be smaller: the format then wants the chunk
+  /// as it is. Valid until the next call.
+  std::span<const std::byte> compress(std::span<const std::byte> chunk);
+
+ private:
+  std::vector<std::byte> split_, differences_, packed_, work_;
+};
+
+}  // namespace tessera::image

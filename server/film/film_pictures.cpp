@@ -1,0 +1,137 @@
+#include <immintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "server/film/film.hpp"
+
+namespace tessera::server {
+
+namespace {
+
+using image::channel_count;
+constexpr std::size_t rgba_channels = 4;
+static_assert(image::A + 1 == rgba_channels);
+
+std::size_t offset_in(const TileGrid& grid, const Rect& window, int row) {
+  return static_cast<std::size_t>(window.y + row) * static_cast<std::size_t>(grid.film_width()) +
+         static_cast<std::size_t>(window.x);
+}
+
+/// Puts the first `channels` of every tile in their place in whole planes.
+void resolve_into(const FilmSnapshot& film, std::size_t channels, std::span<float> planes) {
+  const std::size_t frame_pixels = planes.size() / channels;
+  for (const auto& tile : film.tiles) {
+    if (!tile) continue;
+    const std::size_t pixels = tile->pixels();
+    const auto width = static_cast<std::size_t>(tile->window.width);
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double divisor = mean_divisor(*tile, c);
+      const double* from = tile->sums.data() + c * pixels;
+      for (int row = 0; row < tile->window.height; ++row) {
+        float* to = planes.data() + c * frame_pixels + offset_in(film.grid, tile->window, row);
+        for (std::size_t i = 0; i < width; ++i) to[i] = static_cast<float>(*from++ / divisor);
+      }
+    }
+  }
+}
+
+std::size_t pixels_of(const TileGrid& grid) {
+  return static_cast<std::size_t>(grid.film_width()) * static_cast<std::size_t>(grid.film_height());
+}
+
+/// IEEE half, to the nearest even; what is beyond its range becomes its largest, so that no picture
+/// shows Inf.
+std::uint16_t half_of(float value) {
+  constexpr float largest = 65504;
+  return static_cast<std::uint16_t>(
+      _cvtss_sh(std::clamp(value, -largest, largest), _MM_FROUND_TO_NEAREST_INT));
+}
+
+void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
+  const auto* bytes = static_cast<const std::byte*>(from);
+  out.insert(out.end(), bytes, bytes + size);
+}
+
+void append_tile(std::vector<std::byte>& out, const FilmTile& tile) {
+  const std::size_t pixels = tile.pixels();
+  std::vector<std::uint16_t> halves(rgba_channels * pixels);
+  for (std::size_t c = 0; c < rgba_channels; ++c) {
+    const double divisor = mean_divisor(tile, c);
+    for (std::size_t i = 0; i < pixels; ++i)
+      halves[rgba_channels * i + c] =
+          half_of(static_cast<float>(tile.sums[c * pixels + i] / divisor));
+  }
+  append(out, halves.data(), halves.size() * sizeof(std::uint16_t));
+}
+
+}  // namespace
+
+image::FrameImage resolve(const FilmSnapshot& film) {
+  image::FrameImage frame{.width = film.grid.film_width(),
+                          .height = film.grid.film_height(),
+                          .values = {},
+                          .samples = {}};
+  frame.values.assign(channel_count * frame.pixels(), 0.0F);
+  frame.samples.assign(frame.pixels(), 0);
+  std::ranges::fill(frame.plane(image::Z), image::nothing_hit_z);
+  resolve_into(film, channel_count, frame.values);
+  for (const auto& tile : film.tiles) {
+    if (!tile) continue;
+    const auto samples =
+        static_cast<std::uint32_t>(tile->samples[static_cast<std::size_t>(image::Group::beauty)]);
+    for (int row = 0; row < tile->window.height; ++row)
+      std::fill_n(frame.samples.begin() +
+                      static_cast<std::ptrdiff_t>(offset_in(film.grid, tile->window, row)),
+                  tile->window.width, samples);
+  }
+  return frame;
+}
+
+std::vector<float> resolve_rgba(const FilmSnapshot& film) {
+  std::vector<float> planes(rgba_channels * pixels_of(film.grid));
+  resolve_into(film, rgba_channels, planes);
+  return planes;
+}
+
+std::vector<std::uint32_t> changed_since(const FilmSnapshot& film, std::uint64_t since) {
+  // Who knows a later version than there is knew another film: all of this one is new to him.
+  const std::uint64_t known = since > film.version ? 0 : since;
+  std::vector<std::uint32_t> changed;
+  for (std::size_t i = 0; i < film.tiles.size(); ++i)
+    if (film.tiles[i] && film.versions[i] > known) changed.push_back(static_cast<std::uint32_t>(i));
+  return changed;
+}
+
+std::vector<std::byte> encode_changed_tiles(const FilmSnapshot& film, std::uint64_t since) {
+  constexpr std::string_view magic = "TSRT";
+  constexpr std::size_t alignment = 8;
+  const std::vector<std::uint32_t> changed = changed_since(film, since);
+  nlohmann::ordered_json header{{"version", film.version},
+                                {"width", film.grid.film_width()},
+                                {"height", film.grid.film_height()}};
+  auto& tiles = header["tiles"] = nlohmann::ordered_json::array();
+  std::size_t pixels = 0;
+  for (const std::uint32_t index : changed) {
+    const Rect& window = film.tiles[index]->window;
+    tiles.push_back(
+        {{"x", window.x}, {"y", window.y}, {"width", window.width}, {"height", window.height}});
+    pixels += film.tiles[index]->pixels();
+  }
+  std::string text = header.dump();
+  text.resize((text.size() + alignment - 1) / alignment * alignment, ' ');
+
+  std::vector<std::byte> out;
+  out.reserve(8 + text.size() + pixels * rgba_channels * sizeof(std::uint16_t));
+  append(out, magic.data(), magic.size());
+  const auto length = static_cast<std::uint32_t>(text.size());
+  append(out, &length, sizeof length);
+  append(out, text.data(), text.size());
+  for (const std::uint32_t index : changed) append_tile(out, *film.tiles[index]);
+  return out;
+}
+
+}  // namespace tessera::server
