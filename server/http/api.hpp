@@ -2,8 +2,6 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
-#include <string>
-#include <vector>
 
 #include "common/base/clock.hpp"
 #include "server/http/access.hpp"

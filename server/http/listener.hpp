@@ -14,7 +14,7 @@ namespace tessera::server {
 
 struct HttpSettings {
   std::string address = "127.0.0.1";  ///< to listen on: an IP address
-  std::uint16_t port = 8420;          ///< 0 picks one; HttpServer::port() says which
+  std::uint16_t port = 8420;          ///< 0 picks one; HttpListener::port() says which
   std::size_t connections_max = limits::connections_max;
   Duration idle_time =
       limits::http_idle_time;  ///< for a whole header, or the next 64 KiB of a body
@@ -22,13 +22,13 @@ struct HttpSettings {
 };
 
 /// Listens from the moment that it exists.
-class HttpServer {
+class HttpListener {
  public:
   /// Throws Error{failed} with address and port if they cannot be listened on. `api` and `files`
   /// must outlive the server.
-  static std::unique_ptr<HttpServer> open(boost::asio::any_io_executor executor, Api& api,
-                                          boost::asio::thread_pool& files, HttpSettings settings);
-  virtual ~HttpServer() = default;
+  static std::unique_ptr<HttpListener> open(boost::asio::any_io_executor executor, Api& api,
+                                            boost::asio::thread_pool& files, HttpSettings settings);
+  virtual ~HttpListener() = default;
 
   [[nodiscard]] virtual std::uint16_t port() const = 0;
   /// Accepts no more, cancels what is under way, and resumes when the last connection has ended.

@@ -1,0 +1,105 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/base/error.hpp"
+#include "common/base/names.hpp"
+#include "common/job/job_spec.hpp"
+#include "server/http/handlers.hpp"
+#include "server/http/views.hpp"
+
+namespace tessera::server {
+
+namespace {
+
+constexpr std::size_t pictures_most = 1000;
+
+/// The job with what only a look at one job shows.
+Json detailed(const ApiContext& api, const JobStatus& status) {
+  Json job = job_object(status);
+  job["spec"] = to_json(status.plan->spec);
+  Json pictures = Json::array();
+  const FrameRange& frames = status.plan->spec.frames;
+  std::int64_t frame = frames.first;
+  for (std::size_t i = 0; i < pictures_most && frame <= frames.last; ++i, frame += frames.step) {
+    const auto version = api.coordinator.version(status.view.id, static_cast<std::int32_t>(frame));
+    if (version.value_or(0) > 0) pictures.push_back({{"frame", frame}, {"version", *version}});
+  }
+  job["pictures"] = std::move(pictures);
+  return job;
+}
+
+HttpResponse job_response(const Call& call, JobId id) {
+  const auto status = call.api.coordinator.job(id);
+  if (!status) throw Error(ErrorKind::not_found, fmt::format("job {} is gone", id), {.key = "id"});
+  return json_response(detailed(call.api, *status));
+}
+
+struct Change {
+  std::optional<bool> pause;
+  std::optional<int> priority;
+};
+
+/// The whole body is checked before any of it is done.
+Change change_from(const Json& body) {
+  Change change;
+  ObjectReader in(body, "");
+  if (in.optional("state") != nullptr) {
+    const std::string state = in.text("state");
+    if (state != "paused" && state != "rendering")
+      in.fail("state", unknown_name("state", state, {"paused", "rendering"}));
+    change.pause = state == "paused";
+  }
+  if (in.optional("priority") != nullptr)
+    change.priority = static_cast<int>(in.integer("priority", -100, 100));
+  in.finish();
+  if (!change.pause && !change.priority)
+    throw Error(ErrorKind::bad_input, "expected \"state\", \"priority\" or both, found neither");
+  return change;
+}
+
+}  // namespace
+
+HandlerResult submit_job(Call& call) {
+  const Json body = co_await json_body(call);
+  JobSpec spec = job_spec_from_json(body);
+  const JobId id = co_await call.api.coordinator.submit(std::move(spec));
+  HttpResponse response = job_response(call, id);
+  response.status = 201;
+  response.fields.emplace_back("Location", fmt::format("/v1/jobs/{}", id));
+  co_return response;
+}
+
+HandlerResult list_jobs(Call& call) {
+  Json jobs = Json::array();
+  for (const JobStatus& status : call.api.coordinator.jobs()) jobs.push_back(job_object(status));
+  Json body = Json::object();
+  body["jobs"] = std::move(jobs);
+  co_return json_response(body);
+}
+
+HandlerResult get_job(Call& call) { co_return json_response(detailed(call.api, job_of(call))); }
+
+HandlerResult change_job(Call& call) {
+  const JobStatus status = job_of(call);
+  const JobId id = status.view.id;
+  const Json body = co_await json_body(call);
+  const Change change = change_from(body);
+  if (change.priority) co_await call.api.coordinator.set_priority(id, *change.priority);
+  const std::string& state = status.view.state;
+  const bool paused = state == "paused";
+  const bool running = state == "rendering" || state == "queued";
+  if (change.pause && *change.pause && !paused) co_await call.api.coordinator.pause(id);
+  if (change.pause && !*change.pause && !running) co_await call.api.coordinator.resume(id);
+  co_return job_response(call, id);
+}
+
+HandlerResult cancel_job(Call& call) {
+  const JobId id = job_of(call).view.id;
+  co_await call.api.coordinator.cancel(id);
+  co_return job_response(call, id);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,136 @@
+#include "server/http/metrics.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/build_info.hpp"
+
+namespace tessera::server {
+
+namespace {
+
+class Writer {
+ public:
+  /// `type` is "gauge" or "counter".
+  void family(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    text_ += fmt::format("# HELP tessera_{0} {1}\n# TYPE tessera_{0} {2}\n", name, help, type);
+  }
+  template <class Number>
+  void sample(Number value, std::string_view labels = {}) {
+    text_ += labels.empty() ? fmt::format("tessera_{} {}\n", name_, value)
+                            : fmt::format("tessera_{}{{{}}} {}\n", name_, labels, value);
+  }
+  template <class Number>
+  void single(std::string_view name, std::string_view type, std::string_view help, Number value) {
+    family(name, type, help);
+    sample(value);
+  }
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string_view name_;
+  std::string text_;
+};
+
+template <class Items, class State>
+void by_state(Writer& out, const Items& items, std::initializer_list<std::string_view> states,
+              State state_of) {
+  for (const std::string_view state : states) {
+    const auto count = std::count_if(items.begin(), items.end(),
+                                     [&](const auto& item) { return state_of(item) == state; });
+    out.sample(count, fmt::format("state=\"{}\"", state));
+  }
+}
+
+void write_jobs(Writer& out, const std::vector<JobStatus>& jobs) {
+  out.family("jobs", "gauge", "Jobs by state.");
+  by_state(out, jobs, {"queued", "rendering", "paused", "done", "failed", "cancelled"},
+           [](const JobStatus& job) -> std::string_view { return job.view.state; });
+  std::int64_t tasks = 0, done = 0, leased = 0, samples = 0, rays = 0, rejected = 0;
+  for (const JobStatus& job : jobs) {
+    tasks += job.view.tasks;
+    done += job.view.tasks_done;
+    leased += job.view.leased;
+    samples += job.view.samples_done;
+    rays += job.rays;
+    rejected += job.rejected_samples;
+  }
+  out.single("tasks", "gauge", "Tasks of all jobs that are kept.", tasks);
+  out.single("tasks_done", "gauge", "Of those, tasks whose result was accepted.", done);
+  out.single("tasks_leased", "gauge", "Of those, tasks that workers hold at present.", leased);
+  out.single("samples_done", "gauge", "Samples (pixels times samples) of all jobs that are kept.",
+             samples);
+  out.single("rays", "gauge", "Rays traced for all jobs that are kept.", rays);
+  out.single("rejected_samples", "gauge", "Samples that were NaN or Inf and count as black.",
+             rejected);
+}
+
+void write_workers(Writer& out, const std::vector<WorkerView>& workers) {
+  out.family("workers", "gauge", "Workers that are connected, by state.");
+  by_state(out, workers, {"idle", "preparing", "rendering", "draining"},
+           [](const WorkerView& worker) -> std::string_view { return worker.state; });
+  std::int64_t threads = 0;
+  double speed = 0;
+  for (const WorkerView& worker : workers) {
+    threads += worker.info.threads;
+    speed += worker.samples_per_second;
+  }
+  out.single("worker_threads", "gauge", "Threads of all workers that are connected.", threads);
+  out.single("samples_per_second", "gauge", "Measured speed of all workers together.", speed);
+}
+
+}  // namespace
+
+ProcessUsage process_usage() {
+  ProcessUsage out;
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) == 0) {
+    const auto time = [](const timeval& value) {
+      return static_cast<double>(value.tv_sec) + static_cast<double>(value.tv_usec) * 1e-6;
+    };
+    out.cpu_seconds = time(usage.ru_utime) + time(usage.ru_stime);
+    out.peak_resident_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  }
+  std::uint64_t total_pages = 0, resident_pages = 0;
+  std::ifstream statm("/proc/self/statm");
+  if (statm >> total_pages >> resident_pages)
+    out.resident_bytes = resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry("/proc/self/fd", error), end;
+       !error && entry != end; entry.increment(error))
+    ++out.open_files;
+  return out;
+}
+
+std::string metrics_text(const std::vector<JobStatus>& jobs, const std::vector<WorkerView>& workers,
+                         const HttpCounters& http, const ProcessUsage& process) {
+  Writer out;
+  out.family("build_info", "gauge", "The release and commit; always 1.");
+  out.sample(1, fmt::format("version=\"{}\",commit=\"{}\"", version(), build_commit()));
+  write_jobs(out, jobs);
+  write_workers(out, workers);
+  out.single("http_requests_total", "counter", "HTTP requests since the start.", http.requests);
+  out.single("http_connections_total", "counter", "HTTP connections accepted since the start.",
+             http.connections_accepted);
+  out.single("http_connections_refused_total", "counter",
+             "HTTP connections refused because there were too many.", http.connections_refused);
+  out.single("http_connections", "gauge", "HTTP connections open at present.",
+             http.connections_open);
+  out.single("process_cpu_seconds_total", "counter", "CPU time of this process, user and system.",
+             process.cpu_seconds);
+  out.single("process_resident_bytes", "gauge", "Memory of this process that is resident.",
+             process.resident_bytes);
+  out.single("process_peak_resident_bytes", "gauge", "The most that it ever was.",
+             process.peak_resident_bytes);
+  out.single("process_open_files", "gauge", "File descriptors that are open.", process.open_files);
+  return out.take();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,86 @@
+#include "server/http/views.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+namespace tessera::server {
+
+namespace {
+Json time_or_null(UnixMillis time) { return time == 0 ? Json() : Json(iso_time(time)); }
+
+Json frames_object(const FrameRange& frames) {
+  return {{"first", frames.first},
+          {"last", frames.last},
+          {"step", frames.step},
+          {"count", frames.count()}};
+}
+
+Json shares_array(const JobStatus& status) {
+  Json shares = Json::array();
+  for (const JobStatus::Share& share : status.shares)
+    shares.push_back({{"worker", share.worker}, {"samples", share.samples}});
+  return shares;
+}
+}  // namespace
+
+std::string iso_time(UnixMillis time) {
+  using std::chrono::floor;
+  const std::chrono::sys_time<std::chrono::milliseconds> instant{std::chrono::milliseconds(time)};
+  const auto day = floor<std::chrono::days>(instant);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(instant - day);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                     clock.hours().count(), clock.minutes().count(), clock.seconds().count(),
+                     clock.subseconds().count());
+}
+
+Json job_object(const JobStatus& status) {
+  const JobSpec& spec = status.plan->spec;
+  const JobView& view = status.view;
+  Json job = {{"id", view.id},
+              {"name", spec.name},
+              {"state", view.state},
+              {"priority", spec.priority},
+              {"frames", frames_object(spec.frames)},
+              {"width", spec.render.width},
+              {"height", spec.render.height},
+              {"tile", spec.tile},
+              {"samples", spec.render.samples},
+              {"progress", status.progress},
+              {"samples_done", view.samples_done},
+              {"samples_total", view.samples},
+              {"tasks", view.tasks},
+              {"tasks_done", view.tasks_done},
+              {"tasks_leased", view.leased},
+              {"samples_per_second", view.samples_per_second}};
+  job["created"] = time_or_null(status.created);
+  job["started"] = time_or_null(status.started);
+  job["finished"] = time_or_null(status.finished);
+  job["eta_seconds"] = view.eta_seconds ? Json(*view.eta_seconds) : Json();
+  job["render_seconds"] = status.render_seconds;
+  job["rays"] = status.rays;
+  job["rejected_samples"] = status.rejected_samples;
+  job["shares"] = shares_array(status);
+  job["error"] = view.error.empty() ? Json() : Json(view.error);
+  job["bundle"] = spec.bundle.hex();
+  job["plan"] = status.plan->digest.hex();
+  return job;
+}
+
+Json worker_object(const WorkerView& worker) {
+  // The identity is left out: who knows it could speak in the worker's name.
+  return {{"id", worker.id},
+          {"name", worker.info.name},
+          {"threads", worker.info.threads},
+          {"build", worker.info.build_id.hex()},
+          {"state", worker.state},
+          {"leases", worker.leases},
+          {"tasks_done", worker.tasks_done},
+          {"samples_per_second", worker.samples_per_second},
+          {"silent_seconds", worker.silent_seconds}};
+}
+
+}  // namespace tessera::server
