@@ -1,0 +1,168 @@
+// What goes out: which job a worker serves, and which task.
+#include <algorithm>
+#include <cassert>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+namespace {
+
+/// So many seconds of a worker does a job it has already prepared go before a job that is owed
+/// more: scenes are not built twice for the sake of a moment's fairness.
+constexpr double loyalty_seconds = 10;
+
+}  // namespace
+
+bool Scheduler::State::eligible(const JobEntry& job, const WorkerEntry& worker) const {
+  return job.state == JobEntry::State::open && job.takes(worker.info.build_id) &&
+         !job.unable.contains(worker.info.identity);
+}
+
+bool Scheduler::State::anyone_else(const JobEntry& job, const std::set<std::string>& but) const {
+  return std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
+    const WorkerEntry& worker = entry.second;
+    return !worker.draining && !worker.barred && eligible(job, worker) &&
+           !but.contains(worker.info.identity);
+  });
+}
+
+const TaskId* Scheduler::State::suspect_for(const JobEntry& job, const WorkerEntry& worker) const {
+  for (const TaskId& task : job.blame.waiting()) {
+    const Charges* charges = job.blame.find(task);
+    if (charges == nullptr || !charges->erred.contains(worker.info.identity) ||
+        !anyone_else(job, charges->erred)) {
+      return &task;
+    }
+  }
+  return nullptr;
+}
+
+JobEntry* Scheduler::State::pick(const WorkerEntry& worker) {
+  JobEntry* best = nullptr;
+  double best_share = 0;
+  for (JobEntry* job : order) {
+    if (best != nullptr && job->priority < best->priority) break;
+    if (!eligible(*job, worker)) continue;
+    if (suspect_for(*job, worker) == nullptr && !job->tasks.peek()) continue;
+    double share = job->served;
+    const auto part = worker.parts.find(job->id);
+    if (part != worker.parts.end() && part->second.ready)
+      share -= loyalty_seconds * std::max(1, worker.info.threads);
+    if (best == nullptr || share < best_share) {
+      best = job;
+      best_share = share;
+    }
+  }
+  return best;
+}
+
+void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone,
+                             Instant now, Actions& actions) {
+  assert(!job.leased.contains(task) && job.tasks.state(task) == TaskTable::State::taken);
+  const LeaseId lease = numbers.next(worker.info.identity, job.id, task);
+  const std::int64_t samples = job.tasks.samples(task);
+  WorkerEntry::Part& part = worker.parts[job.id];
+  if (worker.leases.empty()) {
+    worker.advanced = now;
+    worker.busy_since = now;
+  }
+  worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples, 0});
+  worker.alone = alone;
+  part.samples_held += samples;
+  job.leased.emplace(task, Holder{worker.id, lease});
+  job.served += job.cost(samples);
+  if (!job.build) job.build = worker.info.build_id;
+  if (!job.granted) job.progress_mark = now;
+  job.granted = true;
+  timers.arm(worker, worker.due(settings));
+  actions.emplace_back(GrantLease{worker.id, lease, job.id, task});
+}
+
+bool Scheduler::State::grant_one(WorkerEntry& worker, Instant now, Actions& actions) {
+  if (worker.reserved) {
+    const auto [id, task] = *worker.reserved;
+    worker.reserved.reset();
+    JobEntry* job = live_job(id);
+    if (job != nullptr && is_aside(*job, task)) {
+      if (job->state == JobEntry::State::open) {
+        grant(worker, *job, task, true, now, actions);
+        return true;
+      }
+      set_aside(*job, task);
+    }
+  }
+  JobEntry* job = pick(worker);
+  if (job == nullptr) return false;
+  if (const TaskId* waiting = suspect_for(*job, worker)) {
+    const TaskId task = *waiting;
+    job->blame.taken(task);
+    if (!worker.leases.empty()) {
+      worker.reserved = {job->id, task};
+      return false;
+    }
+    grant(worker, *job, task, true, now, actions);
+    return true;
+  }
+  const TaskId task = *job->tasks.peek();
+  const bool took = job->tasks.take(task);
+  assert(took);
+  static_cast<void>(took);
+  grant(worker, *job, task, false, now, actions);
+  return true;
+}
+
+void Scheduler::State::fill(WorkerEntry& worker, Instant now, Actions& actions) {
+  while (worker.has_room(settings) && grant_one(worker, now, actions)) {
+  }
+  auto& same_build = hungry[worker.info.build_id];
+  if (worker.has_room(settings)) {
+    same_build.insert(worker.id);
+  } else {
+    same_build.erase(worker.id);
+    if (same_build.empty()) hungry.erase(worker.info.build_id);
+  }
+}
+
+void Scheduler::State::serve_hungry(Instant now, Actions& actions) {
+  const auto any_work = [&](const Digest& build) {
+    return std::any_of(order.begin(), order.end(),
+                       [&](JobEntry* job) { return job->takes(build) && job->has_work(); });
+  };
+  for (auto group = hungry.begin(); group != hungry.end();) {
+    auto& [build, ids] = *group;
+    // One task to each in turn, so that little work is spread over many.
+    bool granted = true;
+    while (granted && !ids.empty() && any_work(build)) {
+      granted = false;
+      for (auto id = ids.begin(); id != ids.end();) {
+        WorkerEntry& entry = *worker(*id);
+        if (grant_one(entry, now, actions)) {
+          granted = true;
+        } else if (entry.has_room(settings) && !any_work(build)) {
+          break;
+        }
+        id = entry.has_room(settings) ? std::next(id) : ids.erase(id);
+      }
+    }
+    group = ids.empty() ? hungry.erase(group) : std::next(group);
+  }
+}
+
+void Scheduler::State::settle(Instant now, Actions& actions) {
+  while (!touched.empty()) {
+    const WorkerId id = *touched.begin();
+    touched.erase(touched.begin());
+    WorkerEntry* entry = worker(id);
+    if (entry == nullptr) continue;
+    if (entry->offended) {
+      drop(*entry, false,
+           "it sent results that it was not asked for, or that were not what was asked", actions);
+    } else {
+      fill(*entry, now, actions);
+    }
+  }
+  if (work_appeared) serve_hungry(now, actions);
+  work_appeared = false;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,69 @@
+#pragma once
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+
+#include "common/base/clock.hpp"
+#include "common/base/digest.hpp"
+#include "server/schedule/blame.hpp"
+#include "server/schedule/meter.hpp"
+#include "server/schedule/task_table.hpp"
+#include "server/schedule/views.hpp"
+
+namespace tessera::server {
+
+/// Which lease a task is out under.
+struct Holder {
+  WorkerId worker = 0;
+  LeaseId lease;
+};
+
+/// A job as the scheduler knows it.
+struct JobEntry {
+  JobEntry(JobId number, std::shared_ptr<const JobPlan> plan, std::uint32_t passes_ahead)
+      : id(number), priority(plan->spec.priority), tasks(std::move(plan), passes_ahead) {}
+
+  enum class State { open, paused, done, failed, cancelled };
+
+  JobId id;
+  State state = State::open;
+  int priority;
+  TaskTable tasks;
+  BlameTable blame;
+  std::optional<Digest> build;  // of its first worker
+  bool granted = false;         // a lease, ever
+  std::string error;
+
+  // Looked up, never walked through: their order is not determined.
+  std::unordered_map<TaskId, Holder> leased;
+  std::unordered_map<TaskId, LeaseId> journaling;
+
+  std::set<std::string> unable;  // identities that could not prepare it and are not asked again
+  std::set<std::string> unable_ever;
+  int unable_times = 0;
+
+  double served = 0;        // thread-seconds granted, by estimate: the share that fairness compares
+  Meter pace;               // samples a thread-second
+  Meter progress;           // samples a second, all workers
+  Instant progress_mark{};  // up to where `progress` has been told
+
+  [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
+  /// Not ended: results are taken.
+  [[nodiscard]] bool live() const { return state == State::open || state == State::paused; }
+  /// It has something to hand out.
+  [[nodiscard]] bool has_work() {
+    return state == State::open && (!blame.waiting().empty() || tasks.peek().has_value());
+  }
+  [[nodiscard]] bool takes(const Digest& worker_build) const {
+    return plan().spec.mixed || !build || *build == worker_build;
+  }
+  /// What a task costs in thread-seconds; next to nothing while that is not known.
+  [[nodiscard]] double cost(std::int64_t samples) const {
+    return static_cast<double>(samples) / (pace.known() ? pace.rate() : 1e6);
+  }
+};
+
+}  // namespace tessera::server

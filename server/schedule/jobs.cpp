@@ -1,0 +1,138 @@
+// Jobs: how they come, change and end.
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+
+JobEntry* Scheduler::State::job(JobId id) {
+  const auto found = jobs.find(id);
+  return found == jobs.end() ? nullptr : &found->second;
+}
+
+JobEntry* Scheduler::State::live_job(JobId id) {
+  JobEntry* found = job(id);
+  return found != nullptr && found->live() ? found : nullptr;
+}
+
+void Scheduler::State::sort_order() {
+  std::sort(order.begin(), order.end(), [](const JobEntry* a, const JobEntry* b) {
+    return std::tuple(-a->priority, a->id) < std::tuple(-b->priority, b->id);
+  });
+}
+
+void Scheduler::State::level(JobEntry& job) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const JobEntry* other : order) {
+    if (other != &job && other->state == JobEntry::State::open && other->priority == job.priority) {
+      least = std::min(least, other->served);
+    }
+  }
+  if (least < std::numeric_limits<double>::infinity()) job.served = std::max(job.served, least);
+}
+
+void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::string& reason,
+                               Actions& actions) {
+  job.state = state;
+  job.error = state == JobEntry::State::failed ? reason : "";
+  std::erase(order, &job);
+  for (auto& [id, worker] : workers) {
+    RevokeLeases revoke{id, {}, reason};
+    for (const auto& [number, held] : worker.leases) {
+      if (held.job == job.id) revoke.leases.push_back(held.id);
+    }
+    for (const LeaseId& lease : revoke.leases) end_lease(worker, lease.number);
+    worker.parts.erase(job.id);
+    if (worker.reserved && worker.reserved->first == job.id) {
+      worker.reserved.reset();
+      touched.insert(id);
+    }
+    if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));
+  }
+  job.leased.clear();
+  job.journaling.clear();
+}
+
+void Scheduler::State::fail(JobEntry& job, const std::string& reason, Actions& actions) {
+  if (!job.live()) return;
+  end_job(job, JobEntry::State::failed, reason, actions);
+  actions.emplace_back(JobFailed{job.id, reason});
+}
+
+Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now) {
+  Actions actions;
+  const auto ahead = static_cast<std::uint32_t>(std::clamp(state_->settings.passes_ahead, 1, 32));
+  const auto [entry, fresh] = state_->jobs.try_emplace(job, job, std::move(plan), ahead);
+  if (!fresh) return actions;
+  entry->second.progress_mark = now;
+  state_->order.push_back(&entry->second);
+  state_->sort_order();
+  state_->level(entry->second);
+  state_->work_appeared = true;
+  state_->settle(now, actions);
+  return actions;
+}
+
+void Scheduler::restore_closed(JobId job, const TaskId& task) {
+  JobEntry* entry = state_->live_job(job);
+  if (entry != nullptr && entry->plan().contains(task)) entry->tasks.close(task);
+}
+
+void Scheduler::restore_build(JobId job, const Digest& build) {
+  if (JobEntry* entry = state_->live_job(job)) entry->build = build;
+}
+
+Actions Scheduler::cancel_job(JobId job, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) {
+    state_->end_job(*entry, JobEntry::State::cancelled, "the job was cancelled", actions);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::fail_job(JobId job, const std::string& reason, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) state_->fail(*entry, reason, actions);
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::pause_job(JobId job, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) entry->state = JobEntry::State::paused;
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::resume_job(JobId job, Instant now) {
+  Actions actions;
+  JobEntry* entry = state_->live_job(job);
+  if (entry != nullptr && entry->state == JobEntry::State::paused) {
+    entry->state = JobEntry::State::open;
+    state_->level(*entry);
+    state_->work_appeared = true;
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::set_priority(JobId job, int priority, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) {
+    entry->priority = priority;
+    state_->sort_order();
+    state_->level(*entry);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+void Scheduler::forget_job(JobId job) {
+  const JobEntry* entry = state_->job(job);
+  if (entry != nullptr && !entry->live()) state_->jobs.erase(job);
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,141 @@
+// What comes back without a result: leases that end, and what is held against whom.
+#include <algorithm>
+#include <cmath>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+
+HeldLease Scheduler::State::end_lease(WorkerEntry& worker, std::uint64_t number) {
+  const auto node = worker.leases.extract(number);
+  const HeldLease& held = node.mapped();
+  if (const auto part = worker.parts.find(held.job); part != worker.parts.end())
+    part->second.samples_held -= held.samples;
+  if (worker.leases.empty()) worker.alone = false;
+  if (JobEntry* entry = job(held.job)) {
+    const auto holder = entry->leased.find(held.task);
+    if (holder != entry->leased.end() && holder->second.lease == held.id)
+      entry->leased.erase(holder);
+  }
+  touched.insert(worker.id);
+  return held;
+}
+
+bool Scheduler::State::is_aside(const JobEntry& job, const TaskId& task) const {
+  return job.tasks.state(task) == TaskTable::State::taken && !job.leased.contains(task) &&
+         !job.journaling.contains(task);
+}
+
+void Scheduler::State::put_back(JobEntry& job, const TaskId& task) {
+  if (!is_aside(job, task)) return;
+  if (job.blame.suspect(task)) {
+    set_aside(job, task);
+  } else {
+    job.tasks.reopen(task);
+    work_appeared = true;
+  }
+  // Nothing is out and nothing has come in: the next worker decides the build anew.
+  if (job.leased.empty() && job.journaling.empty() && job.tasks.closed() == 0) job.build.reset();
+}
+
+void Scheduler::State::set_aside(JobEntry& job, const TaskId& task) {
+  job.blame.wait(task);
+  work_appeared = true;
+}
+
+void Scheduler::State::unreserve(WorkerEntry& worker) {
+  if (!worker.reserved) return;
+  const auto [id, task] = *worker.reserved;
+  worker.reserved.reset();
+  if (JobEntry* entry = live_job(id)) put_back(*entry, task);
+}
+
+void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task,
+                                          const std::string& identity, bool alone,
+                                          Actions& actions) {
+  Charges& charges = job.blame.charge(task);
+  (alone ? charges.lost_alone : charges.lost).insert(identity);
+  if (charges.lost_alone.size() < static_cast<std::size_t>(settings.deaths_alone)) return;
+  fail(job,
+       fmt::format("{} ended {} workers that ran nothing else", text_of(task),
+                   charges.lost_alone.size()),
+       actions);
+}
+
+void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& actions) {
+  const bool alone = worker.alone;
+  // A worker begins its leases in the order in which they came, no more at once than it has
+  // threads.
+  for (int place = 0; !worker.leases.empty(); ++place) {
+    const HeldLease held = end_lease(worker, worker.leases.begin()->first);
+    const auto part = worker.parts.find(held.job);
+    const bool ready = part != worker.parts.end() && part->second.ready;
+    const bool ran = ready && (place < std::max(1, worker.info.threads) || held.fraction > 0);
+    JobEntry* entry = live_job(held.job);
+    if (entry == nullptr) continue;
+    if (blame && ran && is_aside(*entry, held.task)) {
+      lost_while_running(*entry, held.task, worker.info.identity, alone, actions);
+    }
+    if (entry->live()) put_back(*entry, held.task);
+  }
+  unreserve(worker);
+}
+
+void Scheduler::State::expire(WorkerEntry& worker, Actions& actions) {
+  RevokeLeases revoke{worker.id, {}, "no progress for too long"};
+  for (const auto& [number, held] : worker.leases) revoke.leases.push_back(held.id);
+  actions.emplace_back(std::move(revoke));
+  worker.stalled = true;
+  give_back_all(worker, true, actions);
+}
+
+void Scheduler::State::error_said(JobEntry& job, const TaskId& task, const std::string& identity,
+                                  const std::string& reason, Actions& actions) {
+  Charges& charges = job.blame.charge(task);
+  charges.erred.insert(identity);
+  ++charges.errors;
+  const auto most = static_cast<std::size_t>(settings.errors_said);
+  const bool by_different = charges.erred.size() >= most;
+  // Where there is no other worker to ask, the same one is asked again.
+  const bool by_all =
+      static_cast<std::size_t>(charges.errors) >= most && !anyone_else(job, charges.erred);
+  if (by_different || by_all) {
+    fail(job, fmt::format("{} failed {} times, last: {}", text_of(task), charges.errors, reason),
+         actions);
+  } else {
+    put_back(job, task);
+  }
+}
+
+void Scheduler::State::rest(WorkerEntry& worker, Instant now) {
+  constexpr double first_seconds = 0.25;
+  constexpr int doublings_most = 8;
+  const double pause = std::ldexp(first_seconds, std::min(worker.errors_in_row, doublings_most));
+  ++worker.errors_in_row;
+  worker.rests = now + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(pause));
+  timers.arm(worker, worker.due(settings));
+  touched.insert(worker.id);
+}
+
+void Scheduler::State::judge_preparation(JobEntry& job, const std::string& reason,
+                                         Actions& actions) {
+  const auto most = static_cast<std::size_t>(settings.errors_said);
+  const bool nobody_left = !anyone_else(job, job.unable);
+  if (job.unable_ever.size() >= most ||
+      (nobody_left && static_cast<std::size_t>(job.unable_times) >= most)) {
+    fail(job, fmt::format("no worker could prepare it, last: {}", reason), actions);
+  } else if (nobody_left) {
+    job.unable.clear();
+    work_appeared = true;
+  }
+}
+
+void Scheduler::State::offend(WorkerEntry& worker) {
+  Identity& identity = identities[worker.info.identity];
+  if (++identity.offences < settings.offences) return;
+  worker.barred = true;
+  worker.offended = true;
+  touched.insert(worker.id);
+}
+
+}  // namespace tessera::server

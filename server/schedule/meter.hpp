@@ -1,0 +1,28 @@
+#pragma once
+
+namespace tessera::server {
+
+/// A rate over the last few seconds: amounts and the time they took, older ones counting ever less.
+class Meter {
+ public:
+  /// `amount` took `seconds` ≥ 0.
+  void add(double amount, double seconds) {
+    const double keep = memory / (memory + seconds);
+    amount_ = amount_ * keep + amount;
+    seconds_ = seconds_ * keep + seconds;
+  }
+  [[nodiscard]] bool known() const { return amount_ > 0; }
+  /// Amount a second, if nothing more has come for `idle` seconds since the last.
+  [[nodiscard]] double rate(double idle = 0) const {
+    const double keep = memory / (memory + idle);
+    const double time = seconds_ * keep + idle;
+    return known() ? amount_ * keep / (time > least_time ? time : least_time) : 0;
+  }
+
+ private:
+  static constexpr double memory = 5;  // seconds
+  static constexpr double least_time = 1e-6;
+  double amount_ = 0, seconds_ = 0;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,125 @@
+// Results: what is taken, and what a result that is durable changes.
+#include <algorithm>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+
+Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId job,
+                                  const Digest& plan, const TaskId& task, Instant now) {
+  state_->last_now = now;
+  WorkerEntry* entry = state_->worker(worker);
+  JobEntry* owner = state_->live_job(job);
+  if (entry == nullptr) return Verdict::stale;
+  entry->heard = now;
+  if (owner == nullptr) return Verdict::stale;
+  if (plan != owner->plan().digest || !owner->plan().contains(task) ||
+      !state_->numbers.granted(lease, entry->info.identity, job, task)) {
+    state_->offend(*entry);
+    return Verdict::rejected;
+  }
+  const auto held = entry->leases.find(lease.number);
+  if (held != entry->leases.end() && held->second.id == lease) {
+    const double took = seconds(now - entry->busy_since);
+    const HeldLease ended = state_->end_lease(*entry, lease.number);
+    WorkerEntry::Part& part = entry->parts[job];
+    part.ready = true;
+    part.speed.add(static_cast<double>(ended.samples), took);
+    owner->pace.add(static_cast<double>(ended.samples), took * std::max(1, entry->info.threads));
+    entry->busy_since = now;
+  }
+  entry->advanced = now;
+  entry->stalled = false;
+  state_->touched.insert(worker);
+
+  if (!owner->takes(entry->info.build_id) || owner->journaling.contains(task))
+    return Verdict::stale;
+  switch (owner->tasks.state(task)) {
+    case TaskTable::State::closed:
+      return Verdict::stale;
+    case TaskTable::State::open:
+      if (!owner->tasks.take(task)) return Verdict::stale;
+      break;
+    case TaskTable::State::taken:
+      owner->blame.taken(task);
+      break;
+  }
+  owner->journaling.emplace(task, lease);
+  if (!owner->build) owner->build = entry->info.build_id;
+  return Verdict::take;
+}
+
+Actions Scheduler::result_invalid(WorkerId worker, const LeaseId& lease, JobId job,
+                                  const TaskId& task, const std::string& reason, Instant now) {
+  Actions actions;
+  JobEntry* owner = state_->live_job(job);
+  WorkerEntry* entry = state_->worker(worker);
+  if (owner != nullptr) {
+    const auto journaled = owner->journaling.find(task);
+    if (journaled != owner->journaling.end() && journaled->second == lease) {
+      owner->journaling.erase(journaled);
+      if (reason.empty() || entry == nullptr) {
+        state_->put_back(*owner, task);
+      } else {
+        state_->error_said(*owner, task, entry->info.identity, "an invalid result: " + reason,
+                           actions);
+      }
+    }
+  }
+  if (!reason.empty() && entry != nullptr) {
+    state_->rest(*entry, now);
+    state_->offend(*entry);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::result_durable(WorkerId worker, const LeaseId& lease, JobId job,
+                                  const TaskId& task, std::int64_t samples, double took,
+                                  Instant now) {
+  static_cast<void>(took);
+  Actions actions;
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    ++entry->tasks_done;
+    entry->errors_in_row = 0;
+  }
+  JobEntry* owner = state_->live_job(job);
+  if (owner != nullptr) {
+    const auto journaled = owner->journaling.find(task);
+    if (journaled != owner->journaling.end() && journaled->second == lease) {
+      owner->journaling.erase(journaled);
+      owner->tasks.close(task);
+      owner->blame.clear(task);
+      owner->progress.add(static_cast<double>(samples), seconds(now - owner->progress_mark));
+      owner->progress_mark = now;
+      if (const auto other = owner->leased.find(task); other != owner->leased.end()) {
+        const Holder holder = other->second;
+        actions.emplace_back(
+            RevokeLeases{holder.worker, {holder.lease}, "its result has come from elsewhere"});
+        state_->end_lease(*state_->worker(holder.worker), holder.lease.number);
+      }
+    }
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile,
+                               std::uint32_t passes, Instant now) {
+  Actions actions;
+  JobEntry* owner = state_->live_job(job);
+  if (owner == nullptr || !owner->plan().contains({frame, tile, 0})) return actions;
+  const TaskTable::Folded finished = owner->tasks.fold(frame, tile, passes);
+  if (finished != TaskTable::Folded::nothing) state_->work_appeared = true;
+  if (finished == TaskTable::Folded::frame || finished == TaskTable::Folded::job) {
+    actions.emplace_back(FrameFinished{job, frame});
+  }
+  if (finished == TaskTable::Folded::job) {
+    state_->end_job(*owner, JobEntry::State::done, "the job is done", actions);
+    actions.emplace_back(JobFinished{job});
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+}  // namespace tessera::server

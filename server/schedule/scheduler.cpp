@@ -1,0 +1,121 @@
+// Time, and what can be seen.
+#include "server/schedule/scheduler.hpp"
+
+#include <algorithm>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+
+Scheduler::Scheduler(SchedulerSettings settings) : state_(std::make_unique<State>(settings)) {}
+Scheduler::~Scheduler() = default;
+
+Actions Scheduler::tick(Instant now) {
+  Actions actions;
+  State& state = *state_;
+  while (const auto entry = state.timers.pop(now)) {
+    WorkerEntry* worker = state.worker(entry->second);
+    if (worker == nullptr || worker->timer != entry->first) continue;
+    worker->timer.reset();
+    if (worker->heard + state.settings.silence <= now) {
+      state.drop(*worker, true, "nothing was heard of it for too long", actions);
+      continue;
+    }
+    if (worker->rests && *worker->rests <= now) {
+      worker->rests.reset();
+      state.touched.insert(worker->id);
+    }
+    if (!worker->leases.empty() && worker->advanced + state.settings.stall <= now)
+      state.expire(*worker, actions);
+    state.timers.arm(*worker, worker->due(state.settings));
+  }
+  state.settle(now, actions);
+  return actions;
+}
+
+std::optional<Instant> Scheduler::next_deadline() const {
+  if (!state_->touched.empty()) return state_->last_now;
+  return state_->timers.next();
+}
+
+namespace {
+
+std::string state_of(const WorkerEntry& worker) {
+  if (worker.barred) return "quarantined";
+  if (worker.draining) return "draining";
+  if (worker.leases.empty()) return "idle";
+  const bool rendering =
+      std::any_of(worker.leases.begin(), worker.leases.end(), [&](const auto& lease) {
+        const auto part = worker.parts.find(lease.second.job);
+        return part != worker.parts.end() && part->second.ready;
+      });
+  return rendering ? "rendering" : "preparing";
+}
+
+std::string state_of(const JobEntry& job) {
+  switch (job.state) {
+    case JobEntry::State::open:
+      return job.granted || job.tasks.closed() > 0 ? "rendering" : "queued";
+    case JobEntry::State::paused:
+      return "paused";
+    case JobEntry::State::failed:
+      return "failed";
+    case JobEntry::State::cancelled:
+      return "cancelled";
+    case JobEntry::State::done:
+      break;
+  }
+  return "done";
+}
+
+JobView view_of(const JobEntry& job, Instant now) {
+  JobView view;
+  view.id = job.id;
+  view.state = state_of(job);
+  view.tasks = job.plan().tasks();
+  view.tasks_done = job.tasks.closed();
+  view.leased = static_cast<std::int64_t>(job.leased.size());
+  view.samples = job.tasks.samples();
+  view.samples_done = job.tasks.samples_closed();
+  view.error = job.error;
+  view.priority = job.priority;
+  view.build = job.build;
+  if (job.state == JobEntry::State::open && job.progress.known()) {
+    view.samples_per_second = job.progress.rate(seconds(now - job.progress_mark));
+    if (view.samples_per_second > 0) {
+      view.eta_seconds =
+          static_cast<double>(view.samples - view.samples_done) / view.samples_per_second;
+    }
+  }
+  return view;
+}
+
+}  // namespace
+
+std::vector<WorkerView> Scheduler::workers(Instant now) const {
+  std::vector<WorkerView> views;
+  views.reserve(state_->workers.size());
+  for (const auto& [id, worker] : state_->workers) {
+    double speed = 0;
+    for (const auto& [job, part] : worker.parts) {
+      if (part.samples_held > 0) speed = std::max(speed, part.speed.rate());
+    }
+    views.push_back({id, worker.info, state_of(worker), worker.leases.size(), worker.tasks_done,
+                     speed, seconds(now - worker.heard)});
+  }
+  return views;
+}
+
+std::optional<JobView> Scheduler::job(JobId job, Instant now) const {
+  const JobEntry* entry = state_->job(job);
+  return entry == nullptr ? std::nullopt : std::optional(view_of(*entry, now));
+}
+
+std::vector<JobView> Scheduler::jobs(Instant now) const {
+  std::vector<JobView> views;
+  views.reserve(state_->jobs.size());
+  for (const auto& [id, entry] : state_->jobs) views.push_back(view_of(entry, now));
+  return views;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,101 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "server/schedule/job_entry.hpp"
+#include "server/schedule/lease_numbers.hpp"
+#include "server/schedule/scheduler.hpp"
+#include "server/schedule/timers.hpp"
+#include "server/schedule/worker_entry.hpp"
+
+namespace tessera::server {
+
+/// All that the scheduler knows, and the steps that its events are made of. Steps add to `actions`;
+/// `settle` comes last.
+struct Scheduler::State {
+  explicit State(const SchedulerSettings& chosen)
+      : settings(chosen), numbers(chosen.epoch, chosen.grant_key) {}
+
+  SchedulerSettings settings;
+  LeaseNumbers numbers;
+  std::map<JobId, JobEntry> jobs;
+  std::vector<JobEntry*> order;  // jobs not ended: by priority, then by id
+  std::map<WorkerId, WorkerEntry> workers;
+
+  /// A worker process, also while it is away.
+  struct Identity {
+    WorkerId worker = 0;
+    bool connected = false;  // worker_left of its last connection has not been said
+    int offences = 0;
+  };
+  // Looked up, never walked through.
+  std::unordered_map<std::string, Identity> identities;
+  std::unordered_map<WorkerId, std::string>
+      dropped;  // connections that were told to end and have not yet
+  WorkerId last_worker = 0;
+
+  Timers timers;
+  std::set<WorkerId> touched;  // whose window may have room
+  bool work_appeared = false;  // for workers that found none before
+  /// Workers with room for which there was no work, by build.
+  std::map<Digest, std::set<WorkerId>> hungry;
+  Instant last_now{};
+
+  // ---- looking up (nullptr: not known) ----
+  JobEntry* job(JobId id);
+  JobEntry* live_job(JobId id);
+  WorkerEntry* worker(WorkerId id);
+
+  // ---- grants.cpp: what goes out ----
+  [[nodiscard]] bool eligible(const JobEntry& job, const WorkerEntry& worker) const;
+  /// True if a connected worker that is not among `but` may take the job.
+  [[nodiscard]] bool anyone_else(const JobEntry& job, const std::set<std::string>& but) const;
+  [[nodiscard]] const TaskId* suspect_for(const JobEntry& job, const WorkerEntry& worker) const;
+  JobEntry* pick(const WorkerEntry& worker);
+  void grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone, Instant now,
+             Actions& actions);
+  bool grant_one(WorkerEntry& worker, Instant now, Actions& actions);
+  void fill(WorkerEntry& worker, Instant now, Actions& actions);
+  void serve_hungry(Instant now, Actions& actions);
+  /// Fills windows with room: the last step of every event.
+  void settle(Instant now, Actions& actions);
+
+  // ---- leases.cpp: what comes back without a result ----
+  /// The lease is over; its task stays taken, and is the caller's to put back or close.
+  HeldLease end_lease(WorkerEntry& worker, std::uint64_t number);
+  /// Taken, but neither leased nor being journaled.
+  [[nodiscard]] bool is_aside(const JobEntry& job, const TaskId& task) const;
+  /// A task that is aside is opened again, or waits as a suspect.
+  void put_back(JobEntry& job, const TaskId& task);
+  void set_aside(JobEntry& job, const TaskId& task);
+  void unreserve(WorkerEntry& worker);
+  void lost_while_running(JobEntry& job, const TaskId& task, const std::string& identity,
+                          bool alone, Actions& actions);
+  void give_back_all(WorkerEntry& worker, bool blame, Actions& actions);
+  void expire(WorkerEntry& worker, Actions& actions);
+  void error_said(JobEntry& job, const TaskId& task, const std::string& identity,
+                  const std::string& reason, Actions& actions);
+  /// After an error, ever longer with each in a row: a broken worker does not race through the
+  /// tasks.
+  void rest(WorkerEntry& worker, Instant now);
+  void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
+  void offend(WorkerEntry& worker);
+
+  // ---- jobs.cpp ----
+  void sort_order();
+  /// A job that comes, or comes back, is owed nothing for the time that it was away.
+  void level(JobEntry& job);
+  void end_job(JobEntry& job, JobEntry::State state, const std::string& reason, Actions& actions);
+  void fail(JobEntry& job, const std::string& reason, Actions& actions);
+
+  // ---- workers.cpp ----
+  void disconnect(WorkerId id, bool blame, Actions& actions);
+  void drop(WorkerEntry& worker, bool blame, const std::string& reason, Actions& actions);
+};
+
+}  // namespace tessera::server

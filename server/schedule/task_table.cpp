@@ -1,0 +1,102 @@
+#include "server/schedule/task_table.hpp"
+
+#include <cassert>
+#include <utility>
+
+namespace tessera::server {
+
+TaskTable::TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_ahead)
+    : plan_(std::move(plan)),
+      passes_ahead_(passes_ahead),
+      frames_(plan_->spec.frames.count()),
+      finished_(frames_) {}
+
+std::uint32_t TaskTable::index_of(std::int32_t frame) const {
+  const FrameRange& range = plan_->spec.frames;
+  return static_cast<std::uint32_t>((std::int64_t{frame} - range.first) / range.step);
+}
+
+std::int32_t TaskTable::number_of(std::uint32_t index) const {
+  const FrameRange& range = plan_->spec.frames;
+  return static_cast<std::int32_t>(range.first + std::int64_t{index} * range.step);
+}
+
+FrameTasks& TaskTable::begun(std::uint32_t index) {
+  assert(!finished_[index]);
+  const auto [place, fresh] =
+      begun_.try_emplace(index, plan_->grid.count(), plan_->passes.count(), passes_ahead_);
+  if (fresh) ready_.insert(index);
+  return place->second;
+}
+
+TaskTable::State TaskTable::state(const TaskId& task) const {
+  const std::uint32_t index = index_of(task.frame);
+  if (finished_[index]) return State::closed;
+  const auto frame = begun_.find(index);
+  return frame == begun_.end() ? State::open : frame->second.state({task.pass, task.tile});
+}
+
+std::int64_t TaskTable::samples(const TaskId& task) const {
+  return plan_->grid.tile(task.tile).pixels() * plan_->passes.pass(task.pass).count;
+}
+
+std::int64_t TaskTable::samples() const {
+  return std::int64_t{plan_->spec.render.width} * plan_->spec.render.height *
+         plan_->passes.samples() * frames_;
+}
+
+std::optional<TaskId> TaskTable::peek() {
+  while (true) {
+    while (!ready_.empty()) {
+      const std::uint32_t index = *ready_.begin();
+      if (const auto task = begun_.at(index).peek())
+        return TaskId{number_of(index), task->tile, task->pass};
+      ready_.erase(ready_.begin());
+    }
+    while (next_ < frames_ && (finished_[next_] || begun_.contains(next_))) ++next_;
+    if (next_ == frames_) return std::nullopt;
+    begun(next_++);
+  }
+}
+
+bool TaskTable::take(const TaskId& task) {
+  const std::uint32_t index = index_of(task.frame);
+  return !finished_[index] && begun(index).take({task.pass, task.tile});
+}
+
+void TaskTable::reopen(const TaskId& task) {
+  const std::uint32_t index = index_of(task.frame);
+  begun(index).reopen({task.pass, task.tile});
+  ready_.insert(index);
+}
+
+bool TaskTable::close(const TaskId& task) {
+  const std::uint32_t index = index_of(task.frame);
+  if (finished_[index] || !begun(index).close({task.pass, task.tile})) return false;
+  ++closed_;
+  samples_closed_ += samples(task);
+  return true;
+}
+
+TaskTable::Folded TaskTable::fold(std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
+  const std::uint32_t index = index_of(frame);
+  if (finished_[index]) return Folded::nothing;
+  FrameTasks& tasks = begun(index);
+  const std::uint32_t before = tasks.folded(tile);
+  for (std::uint32_t pass = before; pass < passes && pass < plan_->passes.count(); ++pass) {
+    if (tasks.state({pass, tile}) == State::closed) continue;
+    samples_closed_ += samples({frame, tile, pass});  // folded from what is older than the journal
+  }
+  closed_ += tasks.fold(tile, passes);
+  if (tasks.folded(tile) == before) return Folded::nothing;
+  if (!tasks.finished()) {
+    ready_.insert(index);
+    return Folded::tile;
+  }
+  begun_.erase(index);
+  ready_.erase(index);
+  finished_[index] = true;
+  return ++frames_finished_ == frames_ ? Folded::job : Folded::frame;
+}
+
+}  // namespace tessera::server

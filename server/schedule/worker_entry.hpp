@@ -1,0 +1,77 @@
+#pragma once
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "common/base/clock.hpp"
+#include "server/schedule/meter.hpp"
+#include "server/schedule/scheduler.hpp"
+
+namespace tessera::server {
+
+/// A lease that a worker holds.
+struct HeldLease {
+  LeaseId id;
+  JobId job = 0;
+  TaskId task;
+  std::int64_t samples = 0;
+  double fraction = 0;  // as last reported
+};
+
+/// A connected worker as the scheduler knows it.
+struct WorkerEntry {
+  WorkerEntry(WorkerId number, WorkerInfo said, Instant now)
+      : id(number), info(std::move(said)), heard(now), advanced(now) {}
+
+  /// What it has to do with one job.
+  struct Part {
+    bool ready = false;             // the scene is built
+    std::int64_t samples_held = 0;  // of its leases
+    Meter speed;                    // samples a second
+  };
+
+  WorkerId id;
+  WorkerInfo info;
+  bool draining = false;
+  bool barred = false;    // by its offences: granted nothing
+  bool offended = false;  // … just now: its connection is to end
+  bool stalled = false;   // its leases expired: granted nothing until it shows life
+  bool alone = false;     // what it holds is a suspect
+  std::optional<std::pair<JobId, TaskId>>
+      reserved;  // the suspect that it will run when it holds nothing else
+  std::map<std::uint64_t, HeldLease> leases;  // by number: oldest first
+  std::map<JobId, Part> parts;
+  std::int64_t tasks_done = 0;
+  int errors_in_row = 0;
+
+  Instant heard;                 // last byte
+  Instant advanced;              // last time that its leases got on
+  Instant busy_since{};          // up to where its speed has been measured
+  std::optional<Instant> rests;  // after errors: granted nothing until then
+  std::optional<Instant> timer;  // when it is to be looked at
+
+  /// It may be granted one more.
+  [[nodiscard]] bool has_room(const SchedulerSettings& settings) const {
+    if (draining || barred || stalled || alone || rests) return false;
+    if (reserved) return leases.empty();
+    if (leases.size() < static_cast<std::size_t>(settings.window_tasks_least)) return true;
+    if (leases.size() >= static_cast<std::size_t>(settings.window_tasks_most)) return false;
+    double held = 0;  // seconds
+    for (const auto& [job, part] : parts) {
+      if (part.samples_held == 0) continue;
+      if (!part.speed.known()) return false;
+      held += static_cast<double>(part.samples_held) / part.speed.rate();
+    }
+    return held < settings.window_seconds;
+  }
+  /// When something becomes due if nothing more is heard.
+  [[nodiscard]] Instant due(const SchedulerSettings& settings) const {
+    Instant instant = heard + settings.silence;
+    if (!leases.empty()) instant = std::min(instant, advanced + settings.stall);
+    if (rests) instant = std::min(instant, *rests);
+    return instant;
+  }
+};
+
+}  // namespace tessera::server

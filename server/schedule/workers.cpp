@@ -1,0 +1,171 @@
+// Workers: how they come, speak, fall silent and go.
+#include <algorithm>
+
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+
+WorkerEntry* Scheduler::State::worker(WorkerId id) {
+  const auto found = workers.find(id);
+  return found == workers.end() ? nullptr : &found->second;
+}
+
+void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
+  // Taken out first: what follows speaks to the workers that are there.
+  auto node = workers.extract(id);
+  WorkerEntry& gone = node.mapped();
+  touched.erase(id);
+  if (const auto group = hungry.find(gone.info.build_id); group != hungry.end()) {
+    group->second.erase(id);
+    if (group->second.empty()) hungry.erase(group);
+  }
+  give_back_all(gone, blame, actions);
+  touched.erase(id);
+  for (JobEntry* entry : order) {
+    if (entry->unable.empty() || anyone_else(*entry, entry->unable)) continue;
+    entry->unable.clear();  // those who could are gone: the others may try again
+    work_appeared = true;
+  }
+}
+
+void Scheduler::State::drop(WorkerEntry& worker, bool blame, const std::string& reason,
+                            Actions& actions) {
+  const WorkerId id = worker.id;
+  dropped.emplace(id, worker.info.identity);
+  actions.emplace_back(DropWorker{id, reason});
+  disconnect(id, blame, actions);
+}
+
+Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) {
+  Actions actions;
+  State::Identity& identity = state_->identities[info.identity];
+  if (WorkerEntry* earlier = state_->worker(identity.worker)) {
+    state_->drop(*earlier, false, "its worker came again on another connection", actions);
+  }
+  if (identity.worker == 0 || identity.connected) identity.worker = ++state_->last_worker;
+  identity.connected = true;
+  const auto place = state_->workers.try_emplace(identity.worker, identity.worker, info, now).first;
+  WorkerEntry& worker = place->second;
+  worker.barred = identity.offences >= state_->settings.offences;
+  for (JobEntry* job : state_->order) {
+    for (const TaskId& task : job->blame.forgive(info.identity)) state_->put_back(*job, task);
+  }
+  state_->timers.arm(worker, worker.due(state_->settings));
+  state_->touched.insert(worker.id);
+  state_->settle(now, actions);
+  return {worker.id, std::move(actions)};
+}
+
+Actions Scheduler::worker_left(WorkerId worker, bool clean, Instant now) {
+  Actions actions;
+  if (const auto told = state_->dropped.find(worker); told != state_->dropped.end()) {
+    State::Identity& identity = state_->identities[told->second];
+    if (identity.worker == worker) identity.connected = false;
+    state_->dropped.erase(told);
+  } else if (const WorkerEntry* entry = state_->worker(worker)) {
+    state_->identities[entry->info.identity].connected = false;
+    state_->disconnect(worker, !clean && !entry->draining, actions);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+void Scheduler::worker_heard(WorkerId worker, Instant now) {
+  if (WorkerEntry* entry = state_->worker(worker)) entry->heard = now;
+}
+
+Actions Scheduler::worker_preparing(WorkerId worker, JobId job, Instant now) {
+  static_cast<void>(job);
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    entry->heard = now;
+    entry->advanced = now;
+  }
+  return {};
+}
+
+Actions Scheduler::worker_ready(WorkerId worker, JobId job, Instant now) {
+  Actions actions;
+  WorkerEntry* entry = state_->worker(worker);
+  if (entry == nullptr) return actions;
+  entry->heard = now;
+  const auto part = entry->parts.find(job);
+  if (part != entry->parts.end() && !part->second.ready) {
+    part->second.ready = true;
+    entry->advanced = now;
+    const bool others_run =
+        std::any_of(entry->leases.begin(), entry->leases.end(), [&](const auto& lease) {
+          return lease.second.job != job && entry->parts[lease.second.job].ready;
+        });
+    if (!others_run) entry->busy_since = now;
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::worker_progress(WorkerId worker,
+                                   const std::vector<std::pair<LeaseId, double>>& running,
+                                   Instant now) {
+  Actions actions;
+  WorkerEntry* entry = state_->worker(worker);
+  if (entry == nullptr) return actions;
+  entry->heard = now;
+  for (const auto& [lease, fraction] : running) {
+    const auto held = entry->leases.find(lease.number);
+    if (held == entry->leases.end() || held->second.id != lease ||
+        fraction <= held->second.fraction)
+      continue;
+    held->second.fraction = fraction;
+    entry->advanced = now;
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<LeaseId> lease,
+                                 const std::string& reason, Instant now) {
+  Actions actions;
+  WorkerEntry* entry = state_->worker(worker);
+  JobEntry* failed = state_->live_job(job);
+  if (entry == nullptr) return actions;
+  entry->heard = now;
+  const std::string& identity = entry->info.identity;
+  if (lease) {
+    const auto held = entry->leases.find(lease->number);
+    if (held != entry->leases.end() && held->second.id == *lease && held->second.job == job) {
+      const HeldLease ended = state_->end_lease(*entry, lease->number);
+      state_->rest(*entry, now);
+      if (failed != nullptr && state_->is_aside(*failed, ended.task)) {
+        state_->error_said(*failed, ended.task, identity, reason, actions);
+      }
+    }
+  } else if (failed != nullptr && entry->parts.contains(job)) {
+    std::vector<HeldLease> given_back;
+    for (auto held = entry->leases.begin(); held != entry->leases.end();) {
+      const std::uint64_t number = (held++)->first;
+      if (entry->leases.at(number).job == job)
+        given_back.push_back(state_->end_lease(*entry, number));
+    }
+    entry->parts.erase(job);
+    failed->unable.insert(identity);
+    failed->unable_ever.insert(identity);
+    ++failed->unable_times;
+    state_->rest(*entry, now);
+    for (const HeldLease& held : given_back) state_->put_back(*failed, held.task);
+    state_->judge_preparation(*failed, reason, actions);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::drain_worker(WorkerId worker, Instant now) {
+  Actions actions;
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    entry->draining = true;
+    state_->unreserve(*entry);
+    state_->touched.insert(worker);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+}  // namespace tessera::server
