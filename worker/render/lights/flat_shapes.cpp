@@ -1,0 +1,162 @@
+#include <cmath>
+
+#include "worker/render/lights/shapes.hpp"
+#include "worker/render/lights/spherical_rectangle.hpp"
+#include "worker/render/lights/spherical_triangle.hpp"
+#include "worker/render/warp.hpp"
+
+namespace tessera::render {
+
+namespace {
+
+// Below these solid angles a flat light is sampled by area: the spherical formulas run out of
+// digits, and the light is so small or so nearly edge-on that it makes little odds.
+constexpr double least_rectangle_angle = 1e-6;
+constexpr double least_triangle_angle = 3e-5;
+/// Cosine between edges below which a parallelogram is a rectangle: what rounding leaves of a right
+/// angle in float.
+constexpr double right_angle = 4e-6;
+
+/// A plane as seen from the lit point.
+struct Plane {
+  Vec3d corner;  ///< a point of it
+  Vec3d normal;  ///< its length is the parallelogram's area
+  double area;
+  double height;  ///< of the lit point above it, signed
+
+  Plane(const Vec3d& corner_, const Vec3d& u, const Vec3d& v)
+      : corner(corner_),
+        normal(cross(u, v)),
+        area(length(normal)),
+        height(-dot(corner, normal) / area) {}
+
+  [[nodiscard]] bool visible(bool two_sided) const {
+    return area > 0 && (two_sided ? height != 0 : height > 0);
+  }
+  /// From a density per area (1 / size) to one per solid angle.
+  [[nodiscard]] double pdf_by_area(double size, double distance, const Vec3d& wi) const {
+    const double cosine = std::abs(dot(wi, normal)) / area;
+    return cosine > 0 ? distance * distance / (cosine * size) : 0;
+  }
+  [[nodiscard]] double distance_along(const Vec3d& wi) const {
+    return dot(corner, normal) / dot(wi, normal);
+  }
+};
+
+ShapeSample towards(const Vec3d& point, double pdf) {
+  const double distance = length(point);
+  return {.wi = point / distance, .distance = distance, .pdf = pdf};
+}
+
+ShapeSample along(const Plane& plane, const Vec3d& wi, double pdf) {
+  const double distance = plane.distance_along(wi);
+  if (!std::isfinite(distance) || distance <= 0) return {};
+  return {.wi = wi, .distance = distance, .pdf = pdf};
+}
+
+/// A quad seen from the lit point.
+struct SeenQuad {
+  Vec3d corner, u, v;
+  Plane plane;
+
+  SeenQuad(const QuadLight& quad, const Vec3& p)
+      : corner(to_double(quad.corner) - to_double(p)),
+        u(to_double(quad.edge_u)),
+        v(to_double(quad.edge_v)),
+        plane(corner, u, v) {}
+
+  [[nodiscard]] bool is_rectangle() const {
+    const double d = dot(u, v);
+    return d * d <= right_angle * right_angle * length_squared(u) * length_squared(v);
+  }
+  [[nodiscard]] SphericalRectangle rectangle() const { return {corner, u, v}; }
+  /// The halves of a parallelogram, along the diagonal between its edges' ends.
+  [[nodiscard]] SphericalTriangle near_half() const { return {corner, corner + u, corner + v}; }
+  [[nodiscard]] SphericalTriangle far_half() const {
+    return {corner + u + v, corner + v, corner + u};
+  }
+};
+
+}  // namespace
+
+ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightContext& context,
+                         Vec2 uv) {
+  const SeenQuad quad(light, context.p);
+  if (!quad.plane.visible(two_sided)) return {};
+  const double s = uv.x, t = uv.y;
+  if (quad.is_rectangle()) {
+    const SphericalRectangle rectangle = quad.rectangle();
+    if (rectangle.solid_angle() >= least_rectangle_angle) {
+      return towards(rectangle.sample(s, t), 1 / rectangle.solid_angle());
+    }
+  } else {
+    const SphericalTriangle near = quad.near_half(), far = quad.far_half();
+    const double total = near.solid_angle() + far.solid_angle();
+    if (total >= least_triangle_angle) {
+      const double angle = s * total;
+      const Vec3d wi = angle < near.solid_angle()
+                           ? near.sample(angle / near.solid_angle(), t)
+                           : far.sample((angle - near.solid_angle()) / far.solid_angle(), t);
+      return along(quad.plane, wi, 1 / total);
+    }
+  }
+  ShapeSample sample = towards(quad.corner + quad.u * s + quad.v * t, 0);
+  sample.pdf = quad.plane.pdf_by_area(quad.plane.area, sample.distance, sample.wi);
+  return sample;
+}
+
+double pdf_shape(const QuadLight& light, bool two_sided, const LightContext& context,
+                 const LightHit& hit) {
+  const SeenQuad quad(light, context.p);
+  if (!quad.plane.visible(two_sided)) return 0;
+  if (quad.is_rectangle()) {
+    const double angle = quad.rectangle().solid_angle();
+    if (angle >= least_rectangle_angle) return 1 / angle;
+  } else {
+    const double angle = quad.near_half().solid_angle() + quad.far_half().solid_angle();
+    if (angle >= least_triangle_angle) return 1 / angle;
+  }
+  return quad.plane.pdf_by_area(quad.plane.area, hit.distance, to_double(hit.wi));
+}
+
+namespace {
+
+struct SeenTriangle {
+  Vec3d a, b, c;
+  Plane plane;
+
+  SeenTriangle(const TriangleLight& triangle, const Vec3& p)
+      : a(to_double(triangle.a) - to_double(p)),
+        b(to_double(triangle.b) - to_double(p)),
+        c(to_double(triangle.c) - to_double(p)),
+        plane(a, b - a, c - a) {}
+};
+
+}  // namespace
+
+ShapeSample sample_shape(const TriangleLight& light, bool two_sided, const LightContext& context,
+                         Vec2 uv) {
+  const SeenTriangle triangle(light, context.p);
+  if (!triangle.plane.visible(two_sided)) return {};
+  const SphericalTriangle spherical(triangle.a, triangle.b, triangle.c);
+  if (spherical.solid_angle() >= least_triangle_angle) {
+    return along(triangle.plane, spherical.sample(uv.x, uv.y), 1 / spherical.solid_angle());
+  }
+  const Vec2 b = square_to_triangle(uv);
+  const Vec3d point = triangle.a + (triangle.b - triangle.a) * static_cast<double>(b.x) +
+                      (triangle.c - triangle.a) * static_cast<double>(b.y);
+  ShapeSample sample = towards(point, 0);
+  sample.pdf = triangle.plane.pdf_by_area(0.5 * triangle.plane.area, sample.distance, sample.wi);
+  return sample;
+}
+
+double pdf_shape(const TriangleLight& light, bool two_sided, const LightContext& context,
+                 const LightHit& hit) {
+  const SeenTriangle triangle(light, context.p);
+  if (!triangle.plane.visible(two_sided)) return 0;
+  const SphericalTriangle spherical(triangle.a, triangle.b, triangle.c);
+  if (spherical.solid_angle() >= least_triangle_angle) return 1 / spherical.solid_angle();
+  return triangle.plane.pdf_by_area(0.5 * triangle.plane.area, hit.distance, to_double(hit.wi));
+}
+
+}  // namespace tessera::render

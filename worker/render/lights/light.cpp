@@ -1,0 +1,118 @@
+#include "worker/render/lights/light.hpp"
+
+#include <cmath>
+
+#include "worker/render/lights/shapes.hpp"
+
+namespace tessera::render {
+
+namespace {
+
+Vec3 normal_of(const QuadLight& quad) { return cross(quad.edge_u, quad.edge_v); }
+Vec3 normal_of(const TriangleLight& t) { return cross(t.b - t.a, t.c - t.a); }
+
+/// True if p, seen along -wi from the light, is on the side to which it emits.
+bool faces(const QuadLight& quad, const LightContext&, const Vec3& wi) {
+  return dot(normal_of(quad), wi) < 0;
+}
+bool faces(const TriangleLight& triangle, const LightContext&, const Vec3& wi) {
+  return dot(normal_of(triangle), wi) < 0;
+}
+bool faces(const SphereLight& sphere, const LightContext& context, const Vec3&) {
+  const Vec3d d = to_double(context.p) - to_double(sphere.center);
+  return length_squared(d) > static_cast<double>(sphere.radius) * sphere.radius;
+}
+bool faces(const EnvironmentLight&, const LightContext&, const Vec3&) { return true; }
+
+Bounds3 bounds_of(const QuadLight& quad) {
+  Bounds3 box;
+  box.grow(quad.corner);
+  box.grow(quad.corner + quad.edge_u);
+  box.grow(quad.corner + quad.edge_v);
+  box.grow(quad.corner + quad.edge_u + quad.edge_v);
+  return box;
+}
+Bounds3 bounds_of(const TriangleLight& triangle) {
+  Bounds3 box;
+  box.grow(triangle.a);
+  box.grow(triangle.b);
+  box.grow(triangle.c);
+  return box;
+}
+Bounds3 bounds_of(const SphereLight& sphere) {
+  const Vec3 r = {sphere.radius, sphere.radius, sphere.radius};
+  return {sphere.center - r, sphere.center + r};
+}
+Bounds3 bounds_of(const EnvironmentLight&) { return {}; }
+
+/// What the power of radiance 1 is on one side: ∫∫ cos θ dω dA, in m²·sr.
+double etendue_of(const QuadLight& quad) {
+  return pi_d * length(cross(to_double(quad.edge_u), to_double(quad.edge_v)));
+}
+double etendue_of(const TriangleLight& t) {
+  const Vec3d a = to_double(t.a);
+  return 0.5 * pi_d * length(cross(to_double(t.b) - a, to_double(t.c) - a));
+}
+double etendue_of(const SphereLight& sphere) {
+  return 4 * pi_d * pi_d * static_cast<double>(sphere.radius) * sphere.radius;
+}
+double etendue_of(const EnvironmentLight& environment) {
+  return 4 * pi_d * pi_d * static_cast<double>(environment.radius) * environment.radius;
+}
+
+template <class Flat>
+EmissionCone flat_cone(const Flat& flat, bool two_sided) {
+  return {.axis = normalize(normal_of(flat)), .cos_theta_o = two_sided ? -1.0F : 1.0F};
+}
+EmissionCone cone_of(const QuadLight& quad, bool two_sided) { return flat_cone(quad, two_sided); }
+EmissionCone cone_of(const TriangleLight& t, bool two_sided) { return flat_cone(t, two_sided); }
+EmissionCone cone_of(const SphereLight&, bool) { return {}; }
+EmissionCone cone_of(const EnvironmentLight&, bool) { return {}; }
+
+}  // namespace
+
+LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
+  const ShapeSample drawn = std::visit(
+      [&](const auto& shape) { return sample_shape(shape, light.two_sided, context, u); },
+      light.shape);
+  const auto pdf = static_cast<float>(drawn.pdf);
+  // Beyond float's range the light is a point, and this way to draw it has come to its end.
+  if (!(pdf > 0) || !std::isfinite(pdf)) return {};
+  return {.wi = to_float(drawn.wi),
+          .distance = static_cast<float>(drawn.distance),
+          .radiance = light.radiance,
+          .pdf = pdf,
+          .instance = light.instance,
+          .primitive = light.primitive};
+}
+
+float pdf(const Light& light, const LightContext& context, const LightHit& hit) {
+  const auto density = static_cast<float>(
+      std::visit([&](const auto& shape) { return pdf_shape(shape, light.two_sided, context, hit); },
+                 light.shape));
+  return std::isfinite(density) ? density : 0;
+}
+
+Color emitted(const Light& light, const LightContext& context, const Vec3& wi) {
+  const bool front =
+      light.two_sided ||
+      std::visit([&](const auto& shape) { return faces(shape, context, wi); }, light.shape);
+  return front ? light.radiance : Color{};
+}
+
+Bounds3 bounds(const Light& light) {
+  return std::visit([](const auto& shape) { return bounds_of(shape); }, light.shape);
+}
+
+EmissionCone cone(const Light& light) {
+  return std::visit([&](const auto& shape) { return cone_of(shape, light.two_sided); },
+                    light.shape);
+}
+
+Color power(const Light& light) {
+  const double etendue =
+      std::visit([](const auto& shape) { return etendue_of(shape); }, light.shape);
+  return light.radiance * static_cast<float>(light.two_sided ? 2 * etendue : etendue);
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,82 @@
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/frame.hpp"
+#include "worker/render/lights/shapes.hpp"
+#include "worker/render/warp.hpp"
+
+namespace tessera::render {
+
+namespace {
+
+/// A sphere seen from the lit point.
+struct SeenSphere {
+  Vec3d center;
+  double distance2, radius2;
+
+  SeenSphere(const SphereLight& sphere, const Vec3& p)
+      : center(to_double(sphere.center) - to_double(p)),
+        distance2(length_squared(center)),
+        radius2(static_cast<double>(sphere.radius) * sphere.radius) {}
+
+  [[nodiscard]] bool inside() const { return distance2 <= radius2; }
+  /// 1 − cos θ of the cone that holds it, from outside; sin²/(1 + cos) keeps its digits however far
+  /// it is.
+  [[nodiscard]] double cap_height() const {
+    const double sin2 = radius2 / distance2;
+    return sin2 / (1 + std::sqrt(1 - sin2));
+  }
+};
+
+}  // namespace
+
+ShapeSample sample_shape(const SphereLight& light, bool two_sided, const LightContext& context,
+                         Vec2 u) {
+  const SeenSphere sphere(light, context.p);
+  if (sphere.inside()) {
+    if (!two_sided) return {};
+    const Vec3d wi = to_double(square_to_sphere(u));
+    const double along = dot(sphere.center, wi);
+    const double far = std::sqrt(std::max(0.0, along * along + sphere.radius2 - sphere.distance2));
+    return {.wi = wi, .distance = along + far, .pdf = static_cast<double>(sphere_pdf())};
+  }
+  // Uniform in the cone: the height below its top, and the azimuth.
+  const double cap = sphere.cap_height();
+  const double height = cap * u.x;
+  const double sin2 = height * (2 - height), cosine = 1 - height;
+  const auto [sin_azimuth, cos_azimuth] = fast::sincos(2 * pi_d * u.y);
+  const double distance = std::sqrt(sphere.distance2), sine = std::sqrt(sin2);
+  const FrameD frame(sphere.center / distance);
+  const Vec3d wi = frame.to_world({sine * cos_azimuth, sine * sin_azimuth, cosine});
+  const double half_chord = std::sqrt(std::max(0.0, sphere.radius2 - sphere.distance2 * sin2));
+  return {.wi = wi, .distance = distance * cosine - half_chord, .pdf = 1 / (2 * pi_d * cap)};
+}
+
+double pdf_shape(const SphereLight& light, bool two_sided, const LightContext& context,
+                 const LightHit& /*hit*/) {
+  const SeenSphere sphere(light, context.p);
+  if (sphere.inside()) return two_sided ? static_cast<double>(sphere_pdf()) : 0;
+  return 1 / (2 * pi_d * sphere.cap_height());
+}
+
+ShapeSample sample_shape(const EnvironmentLight& /*environment*/, bool /*two_sided*/,
+                         const LightContext& context, Vec2 u) {
+  const double far = std::numeric_limits<double>::infinity();
+  if (context.n == Vec3{}) {
+    return {.wi = to_double(square_to_sphere(u)),
+            .distance = far,
+            .pdf = static_cast<double>(sphere_pdf())};
+  }
+  const Vec3 local = square_to_cosine_hemisphere(u);
+  return {.wi = to_double(Frame(context.n).to_world(local)),
+          .distance = far,
+          .pdf = static_cast<double>(cosine_hemisphere_pdf(local))};
+}
+
+double pdf_shape(const EnvironmentLight& /*environment*/, bool /*two_sided*/,
+                 const LightContext& context, const LightHit& hit) {
+  if (context.n == Vec3{}) return static_cast<double>(sphere_pdf());
+  return static_cast<double>(cosine_hemisphere_pdf({0, 0, dot(context.n, hit.wi)}));
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,38 @@
+#pragma once
+#include "worker/render/lights/light.hpp"
+
+/// Each shape's way to draw a direction towards it. Inside, everything is double and seen from the
+/// point that is lit; a tiny or far light keeps its digits, and the shadow ray's float direction is
+/// rounded once.
+namespace tessera::render {
+
+/// pdf 0: there is no direction from here.
+struct ShapeSample {
+  Vec3d wi;  ///< unit
+  double distance = 0;
+  double pdf = 0;  ///< per solid angle
+};
+
+// `two_sided`: directions towards the back are wanted too. The pdf functions want the same, and wi
+// as of a hit.
+ShapeSample sample_shape(const QuadLight& quad, bool two_sided, const LightContext& context,
+                         Vec2 u);
+double pdf_shape(const QuadLight& quad, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
+ShapeSample sample_shape(const TriangleLight& triangle, bool two_sided, const LightContext& context,
+                         Vec2 u);
+double pdf_shape(const TriangleLight& triangle, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
+ShapeSample sample_shape(const SphereLight& sphere, bool two_sided, const LightContext& context,
+                         Vec2 u);
+double pdf_shape(const SphereLight& sphere, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
+ShapeSample sample_shape(const EnvironmentLight& environment, bool two_sided,
+                         const LightContext& context, Vec2 u);
+double pdf_shape(const EnvironmentLight& environment, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
+}  // namespace tessera::render

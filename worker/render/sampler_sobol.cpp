@@ -1,0 +1,130 @@
+#include "worker/render/sampler_sobol.hpp"
+
+#include <bit>
+
+#include "worker/render/hash.hpp"
+
+namespace tessera::render {
+
+namespace {
+
+/// Direction numbers of Joe and Kuo ("Constructing Sobol sequences with better two-dimensional
+/// projections", 2008), the first four dimensions: degree and inner coefficients of the primitive
+/// polynomial, initial values.
+struct Polynomial {
+  std::uint32_t degree, coefficients;
+  std::array<std::uint32_t, 3> initial;
+};
+constexpr Polynomial polynomials[4] = {
+    {0, 0, {}}, {1, 0, {1, 0, 0}}, {2, 1, {1, 3, 0}}, {3, 1, {1, 3, 1}}};
+
+constexpr std::array<std::uint32_t, 32> directions_of(const Polynomial& p) {
+  std::array<std::uint32_t, 32> v{};
+  for (std::uint32_t i = 0; i < 32; ++i) {
+    if (p.degree == 0) {
+      v[i] = 1U << (31 - i);  // the radical inverse of van der Corput
+    } else if (i < p.degree) {
+      v[i] = p.initial[i] << (31 - i);
+    } else {
+      v[i] = v[i - p.degree] ^ (v[i - p.degree] >> p.degree);
+      for (std::uint32_t k = 1; k < p.degree; ++k) {
+        if (((p.coefficients >> (p.degree - 1 - k)) & 1) != 0) v[i] ^= v[i - k];
+      }
+    }
+  }
+  return v;
+}
+constexpr std::array<std::array<std::uint32_t, 32>, 4> directions = {
+    directions_of(polynomials[0]), directions_of(polynomials[1]), directions_of(polynomials[2]),
+    directions_of(polynomials[3])};
+
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+  x = __builtin_bswap32(x);
+  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
+  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+  return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+}
+
+/// Four numbers at once, as one 128-bit register.
+using Lanes = std::uint32_t __attribute__((vector_size(16)));
+using Bytes = std::uint8_t __attribute__((vector_size(16)));
+
+Lanes reverse_bits(Lanes x) {
+  const auto bytes = std::bit_cast<Bytes>(x);
+  x = std::bit_cast<Lanes>(
+      __builtin_shufflevector(bytes, bytes, 3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+  x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
+  x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
+  return ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
+}
+
+/// Owen's scrambling of bit-reversed numbers: every bit is flipped by a hash of the bits below it.
+/// Laine and Karras, "Stratified Sampling for Stochastic Transparency", 2011, with the constants
+/// that Vegdahl found to scramble more evenly.
+template <class T>
+T scramble_reversed(T x, T seed) {
+  x ^= x * 0x3d20adeaU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526c56U;
+  x ^= x * 0x53a22864U;
+  return x;
+}
+
+/// Sobol' points for each value of each byte of the index, the index and the points bit-reversed: a
+/// point is the exclusive or of four loads. 16 KiB.
+struct Tables {
+  alignas(64) std::uint32_t point[4][256][4];
+};
+constexpr Tables make_tables() {
+  Tables tables{};
+  for (std::uint32_t byte = 0; byte < 4; ++byte) {
+    for (std::uint32_t value = 0; value < 256; ++value) {
+      for (std::uint32_t d = 0; d < 4; ++d) {
+        std::uint32_t x = 0;
+        for (std::uint32_t bit = 0; bit < 8; ++bit) {
+          if (((value >> bit) & 1) != 0) x ^= directions[d][31 - (8 * byte + bit)];
+        }
+        tables.point[byte][value][d] = reverse_bits(x);
+      }
+    }
+  }
+  return tables;
+}
+constexpr Tables tables = make_tables();
+
+Lanes load(const std::uint32_t (&point)[4]) {
+  return Lanes{point[0], point[1], point[2], point[3]};
+}
+
+}  // namespace
+
+std::uint32_t sobol_plain(std::uint32_t index, std::uint32_t dimension) {
+  std::uint32_t x = 0;
+  for (std::uint32_t bit = 0; bit < 32; ++bit) {
+    if (((index >> bit) & 1) != 0) x ^= directions[dimension][bit];
+  }
+  return x;
+}
+
+std::array<std::uint32_t, 4> sobol_owen_draw(std::uint64_t pixel_hash, std::uint32_t set,
+                                             std::uint64_t index) {
+  std::uint64_t key = hash_combine(pixel_hash, set);
+  // The sequence has 2^32 points; what lies beyond starts another one.
+  if ((index >> 32) != 0) key = hash_combine(key, index >> 32);
+  const std::uint64_t seeds_a = mix64(key + 0x9e3779b97f4a7c15ULL);
+  const std::uint64_t seeds_b = mix64(key + 2 * 0x9e3779b97f4a7c15ULL);
+  const Lanes seeds = {
+      static_cast<std::uint32_t>(seeds_a), static_cast<std::uint32_t>(seeds_a >> 32),
+      static_cast<std::uint32_t>(seeds_b), static_cast<std::uint32_t>(seeds_b >> 32)};
+
+  const std::uint32_t shuffled = scramble_reversed(reverse_bits(static_cast<std::uint32_t>(index)),
+                                                   static_cast<std::uint32_t>(key >> 32));
+  const Lanes reversed =
+      load(tables.point[0][shuffled & 255]) ^ load(tables.point[1][(shuffled >> 8) & 255]) ^
+      load(tables.point[2][(shuffled >> 16) & 255]) ^ load(tables.point[3][shuffled >> 24]);
+  return std::bit_cast<std::array<std::uint32_t, 4>>(
+      reverse_bits(scramble_reversed(reversed, seeds)));
+}
+
+}  // namespace tessera::render
