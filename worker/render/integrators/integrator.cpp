@@ -1,0 +1,35 @@
+#include "worker/render/integrators/integrator.hpp"
+
+#include <array>
+
+#include "common/base/error.hpp"
+#include "common/base/names.hpp"
+#include "worker/render/integrators/path.hpp"
+
+namespace tessera::render {
+namespace {
+
+struct Entry {
+  std::string_view name;
+  Integrator function;
+};
+constexpr std::array table{
+    Entry{"path", path},
+};
+
+}  // namespace
+
+Integrator integrator(std::string_view name) {
+  for (const Entry& entry : table) {
+    if (entry.name == name) return entry.function;
+  }
+  throw Error(ErrorKind::bad_input, unknown_name("integrator", name, integrator_names()));
+}
+
+std::vector<std::string_view> integrator_names() {
+  std::vector<std::string_view> names;
+  for (const Entry& entry : table) names.push_back(entry.name);
+  return names;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,31 @@
+#pragma once
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "worker/render/camera.hpp"
+#include "worker/render/record.hpp"
+#include "worker/render/sampler.hpp"
+#include "worker/render/scene.hpp"
+
+namespace tessera::render {
+
+/// What every sample of a task shares, and the counts of the thread that takes it.
+struct Trace {
+  const Scene& scene;
+  const Camera& camera;
+  int bounces = 0;        ///< 0 is emission and direct light; counted as Cycles does
+  int light_samples = 1;  ///< at each hit
+  std::int64_t rays = 0;  ///< of either kind, counted up
+};
+
+/// Takes one sample: follows `ray` and writes what it saw into a fresh record.
+using Integrator = void (*)(Trace& trace, const Sampler& sampler, const Ray& ray,
+                            SampleRecord& record);
+
+/// From a name of the table in integrator.cpp; throws Error{bad_input} that lists the valid names.
+Integrator integrator(std::string_view name);
+/// The valid names, the default first.
+std::vector<std::string_view> integrator_names();
+
+}  // namespace tessera::render

@@ -1,0 +1,146 @@
+#include "worker/render/interaction.hpp"
+
+#include <cmath>
+
+#include "worker/render/octahedral.hpp"
+
+namespace tessera::render {
+namespace {
+
+constexpr float rounding = 0x1p-24F;
+/// How many roundings stand between the vertices and a point at which the intersector surely finds
+/// itself on the outside: position, offset, transform, and Embree's plane distance have at most
+/// about 16 each counted generously.
+constexpr float roundings = 16;
+
+Vec3 vec(const accel::Point& p) { return {p[0], p[1], p[2]}; }
+Vec3 absolute(const Vec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+Vec3 larger(const Vec3& a, const Vec3& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+/// A point in the space of its group, its normals (not yet of unit length), and the size of the
+/// coordinates it came from.
+struct Local {
+  Vec3 p, normal, shading_normal;
+  Vec3 extent;
+  bool flat = true;
+};
+
+Local on_triangle(const Geometry& geometry, const accel::Hit& hit) {
+  const accel::Triangle& face = geometry.triangles[hit.primitive];
+  const Vec3 a = vec(geometry.positions[face[0]]);
+  const Vec3 b = vec(geometry.positions[face[1]]);
+  const Vec3 c = vec(geometry.positions[face[2]]);
+  const float w = 1 - hit.u - hit.v;
+  Local local;
+  local.p = a * w + b * hit.u + c * hit.v;
+  local.normal = cross(b - a, c - a);
+  local.extent = larger(absolute(a), larger(absolute(b), absolute(c)));
+  if (!geometry.normals.empty()) {
+    local.flat = false;
+    local.shading_normal = decode_octahedral(geometry.normals[face[0]]) * w +
+                           decode_octahedral(geometry.normals[face[1]]) * hit.u +
+                           decode_octahedral(geometry.normals[face[2]]) * hit.v;
+  }
+  return local;
+}
+
+Local on_quad(const Geometry& geometry, const accel::Hit& hit) {
+  const accel::Quad& face = geometry.quads[hit.primitive];
+  const Vec3 a = vec(geometry.positions[face[0]]);
+  const Vec3 b = vec(geometry.positions[face[1]]);
+  const Vec3 c = vec(geometry.positions[face[2]]);
+  const Vec3 d = vec(geometry.positions[face[3]]);
+  Local local;
+  // A parallelogram in all but the last bit; Embree sees the triangles abd and cdb.
+  local.p = hit.u + hit.v <= 1 ? a * (1 - hit.u - hit.v) + b * hit.u + d * hit.v
+                               : c * (hit.u + hit.v - 1) + d * (1 - hit.u) + b * (1 - hit.v);
+  local.normal = cross(b - a, d - a);
+  local.extent = larger(larger(absolute(a), absolute(b)), larger(absolute(c), absolute(d)));
+  return local;
+}
+
+Local on_sphere(const Geometry& geometry, const accel::Hit& hit) {
+  const accel::Sphere& sphere = geometry.spheres[hit.primitive];
+  Local local;
+  local.normal = normalize(vec(hit.ng));
+  local.p = vec(sphere.center) + local.normal * sphere.radius;
+  local.extent = absolute(vec(sphere.center)) + Vec3{sphere.radius, sphere.radius, sphere.radius};
+  return local;
+}
+
+Vec3 normal_to_world(const Placement& placement, const Vec3& n) {
+  const std::array<float, 9>& m = placement.normal_to_world;
+  return {m[0] * n.x + m[1] * n.y + m[2] * n.z, m[3] * n.x + m[4] * n.y + m[5] * n.z,
+          m[6] * n.x + m[7] * n.y + m[8] * n.z};
+}
+
+/// From the group's space to the world.
+void place(const Placement& placement, Local& local) {
+  const accel::Affine& m = placement.to_world;
+  const Vec3 p = local.p, e = local.extent;
+  local.p = {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
+             m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+             m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+  const auto row = [&](std::size_t i) {
+    return (std::abs(m[i]) * e.x + std::abs(m[i + 1]) * e.y + std::abs(m[i + 2]) * e.z +
+            std::abs(m[i + 3])) *
+           placement.error_scale;
+  };
+  local.extent = {row(0), row(4), row(8)};
+  local.normal = normal_to_world(placement, local.normal);
+  local.shading_normal = normal_to_world(placement, local.shading_normal);
+}
+
+Local local_point(const Geometry& geometry, const accel::Hit& hit) {
+  switch (geometry.kind) {
+    case GeometryKind::triangles:
+      return on_triangle(geometry, hit);
+    case GeometryKind::quads:
+      return on_quad(geometry, hit);
+    case GeometryKind::spheres:
+      break;
+  }
+  return on_sphere(geometry, hit);
+}
+
+}  // namespace
+
+Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit) {
+  Interaction at;
+  at.placement = hit.instance == accel::none ? 0 : 1 + hit.instance - scene.world_geometries;
+  const Placement& placement = scene.placements[at.placement];
+  const Geometry& geometry = scene.groups[placement.group].geometries[hit.geometry];
+  Local local = local_point(geometry, hit);
+  if (placement.moved) place(placement, local);
+
+  at.p = local.p;
+  at.t = hit.t;
+  at.geometry = hit.geometry;
+  at.primitive = hit.primitive;
+  at.instance = hit.instance;
+  at.material = geometry.materials[hit.primitive];
+  if (!geometry.emitters.empty()) {
+    const std::uint32_t emitter = geometry.emitters[hit.primitive];
+    if (emitter != no_id) at.light = placement.first_light + emitter;
+  }
+  ShadingPoint& point = at.shading;
+  point.wo = -ray.direction;
+  point.normal = normalize(local.normal);
+  point.uv = {hit.u, hit.v};
+  point.footprint = ray.cone_width + ray.cone_spread * hit.t;
+  Vec3 n = point.normal;
+  if (!local.flat) {
+    n = normalize(local.shading_normal);
+    if (dot(n, point.normal) < 0) n = -n;
+    if (!(length_squared(n) > 0)) n = point.normal;
+  }
+  point.shading = Frame(n);
+  const Vec3 a = absolute(at.p);
+  at.error = roundings * rounding *
+             (dot(absolute(point.normal), local.extent) + std::max(a.x, std::max(a.y, a.z)));
+  return at;
+}
+
+}  // namespace tessera::render

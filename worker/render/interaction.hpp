@@ -1,0 +1,53 @@
+#pragma once
+#include <cstdint>
+
+#include "worker/render/bsdf/material.hpp"
+#include "worker/render/lights/light.hpp"
+#include "worker/render/scene.hpp"
+
+namespace tessera::render {
+
+/// Where a path scatters: on a surface, or in a medium (then `medium` is set, and there are no
+/// normals).
+struct Interaction {
+  Vec3 p;
+  ShadingPoint shading;  ///< wo, normals (outer side), uv, footprint
+  float t = 0;           ///< distance along the ray that came here
+  /// A ray that leaves starts this far along the geometric normal. It is a bound of the rounding
+  /// error of p and of the intersector for this very primitive, so it scales with the scene and
+  /// needs no setting.
+  float error = 0;
+  std::uint32_t medium = no_id;
+  std::uint32_t placement = 0;
+  std::uint32_t geometry = 0;  ///< within the placement's group
+  std::uint32_t primitive = no_id;
+  std::uint32_t instance = no_id;
+  std::uint32_t light = no_id;  ///< which of the scene's lights this is a point of
+  std::uint16_t material = 0;
+
+  [[nodiscard]] bool on_surface() const { return medium == no_id; }
+
+  /// A ray from here along unit `direction`, as far as `length`, that does not meet the surface it
+  /// leaves.
+  [[nodiscard]] Ray leave(const Vec3& direction, float length, const Ray& came) const {
+    const float side = dot(direction, shading.normal) < 0 ? -error : error;
+    Ray ray;
+    ray.origin = p + shading.normal * side;
+    ray.direction = direction;
+    ray.t_max = length;
+    ray.time = came.time;
+    ray.cone_width = came.cone_width + came.cone_spread * t;
+    ray.cone_spread = came.cone_spread;
+    return ray;
+  }
+};
+
+/// The surface at `hit`, which came from `ray`.
+Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit);
+
+/// The part of light that passes along `ray`, per channel; now all of it or nothing.
+inline Color transmittance(const Scene& scene, const Ray& ray) {
+  return scene.occluded(ray) ? Color{} : gray(1);
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,172 @@
+#include "worker/render/render_task.hpp"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
+#include <time.h>
+
+#include <atomic>
+#include <vector>
+
+#include "common/base/clock.hpp"
+#include "common/base/error.hpp"
+#include "common/base/names.hpp"
+#include "worker/render/camera.hpp"
+#include "worker/render/filter.hpp"
+#include "worker/render/float_mode.hpp"
+#include "worker/render/integrators/integrator.hpp"
+#include "worker/render/pixel.hpp"
+#include "worker/render/sampler.hpp"
+
+namespace tessera::render {
+namespace {
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+const scene::Camera& camera_of(const Scene& scene, const std::string& name) {
+  if (scene.cameras.empty()) throw Error(ErrorKind::bad_input, "the scene has no camera");
+  if (name.empty()) return scene.cameras.front();
+  std::vector<std::string_view> names;
+  for (const scene::Camera& camera : scene.cameras) {
+    if (camera.name == name) return camera;
+    names.push_back(camera.name);
+  }
+  throw Error(ErrorKind::bad_input, unknown_name("camera", name, names));
+}
+
+/// All that is the same for every pixel of a task.
+struct Plan {
+  const Scene& scene;
+  const TaskRequest& request;
+  Camera camera;
+  Filter filter;
+  SamplerKind sampler;
+  Integrator integrator;
+  std::uint64_t seed;
+
+  Plan(const Scene& on, const TaskRequest& asked)
+      : scene(on),
+        request(asked),
+        camera(camera_of(on, asked.camera), asked.settings.width, asked.settings.height, on.origin),
+        filter(filter_kind(asked.settings.filter), asked.settings.filter_width),
+        sampler(sampler_kind(asked.settings.sampler)),
+        integrator(render::integrator(asked.settings.integrator)),
+        seed(frame_seed(asked.settings.seed, asked.frame)) {}
+};
+
+/// Takes all samples of one pixel. Returns how many were rejected.
+std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSums& sums) {
+  std::int64_t rejected = 0;
+  const SampleRange range = plan.request.samples;
+  for (std::int64_t index = range.first; index < range.end(); ++index) {
+    const Sampler sampler(plan.sampler, plan.seed, static_cast<std::uint32_t>(x),
+                          static_cast<std::uint32_t>(y), static_cast<std::uint64_t>(index));
+    const Draw4 film = sampler.draw4(dim::film_set);
+    const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
+    const Vec2 offset = plan.filter.sample(film.pair(dim::film));
+    SampleRecord record;
+    plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, time), record);
+    if (!record.finite()) {
+      record = SampleRecord{};
+      ++rejected;
+    }
+    sums.add(record);
+  }
+  return rejected;
+}
+
+/// What the threads count together.
+struct Counts {
+  std::atomic<std::int64_t> rays{0}, rejected{0}, cpu_nanoseconds{0}, pixels{0};
+};
+
+void render_block(const Plan& plan, const Rect& block, image::TileImage& image, Counts& counts) {
+  const FlushDenormals mode;
+  const double began = thread_seconds();
+  const RenderSettings& settings = plan.request.settings;
+  Trace trace{plan.scene, plan.camera, settings.bounces, settings.light_samples};
+  const std::size_t channels = image.channels();
+  const std::size_t pixels = image.pixels();
+  std::int64_t rejected = 0;
+  for (int y = block.y; y < block.y + block.height; ++y) {
+    for (int x = block.x; x < block.x + block.width; ++x) {
+      PixelSums sums;
+      rejected += render_pixel(plan, trace, x, y, sums);
+      const auto at = static_cast<std::size_t>(y - image.window.y) *
+                          static_cast<std::size_t>(image.window.width) +
+                      static_cast<std::size_t>(x - image.window.x);
+      for (std::size_t c = 0; c < channels; ++c) image.values[c * pixels + at] = sums.value(c);
+    }
+  }
+  counts.rays += trace.rays;
+  counts.rejected += rejected;
+  counts.cpu_nanoseconds += static_cast<std::int64_t>((thread_seconds() - began) * 1e9);
+}
+
+/// Small enough that threads end together, large enough that a block costs far more than handing it
+/// out.
+int block_side(std::int64_t samples) { return samples >= 64 ? 4 : 8; }
+
+image::TileImage empty_image(const TaskRequest& request) {
+  image::TileImage image;
+  image.window = request.window;
+  image.film_width = request.settings.width;
+  image.film_height = request.settings.height;
+  const auto count = static_cast<std::uint32_t>(request.samples.count);
+  image.samples = {count, request.aovs ? count : 0};
+  image.values.resize(image.channels() * image.pixels());
+  return image;
+}
+
+}  // namespace
+
+void check_request(const Scene& scene, const TaskRequest& request) {
+  (void)camera_of(scene, request.camera);
+  (void)filter_kind(request.settings.filter);
+  (void)sampler_kind(request.settings.sampler);
+  (void)integrator(request.settings.integrator);
+}
+
+std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& request,
+                                        tbb::task_arena& arena, const TaskProgress& progress,
+                                        const std::stop_token& stop) {
+  const auto began = std::chrono::steady_clock::now();
+  const Plan plan(scene, request);
+  RenderedTask done{empty_image(request), {}};
+  Counts counts;
+  const Rect& window = request.window;
+  const int side = block_side(request.samples.count);
+  const int columns = (window.width + side - 1) / side;
+  const int rows = (window.height + side - 1) / side;
+  const auto one = [&](int index) {
+    if (stop.stop_requested()) return;
+    const int x = index % columns * side, y = index / columns * side;
+    const Rect block{window.x + x, window.y + y, std::min(side, window.width - x),
+                     std::min(side, window.height - y)};
+    render_block(plan, block, done.image, counts);
+    const std::int64_t ready = counts.pixels += block.pixels();
+    if (progress) progress(static_cast<double>(ready) / static_cast<double>(window.pixels()));
+  };
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<int>(0, columns * rows, 1),
+        [&](const tbb::blocked_range<int>& range) {
+          for (int index = range.begin(); index < range.end(); ++index) one(index);
+        },
+        tbb::simple_partitioner{});
+  });
+  if (counts.pixels != window.pixels()) return std::nullopt;
+  done.stats.samples = window.pixels() * request.samples.count;
+  done.stats.rays = counts.rays;
+  done.stats.rejected = counts.rejected;
+  done.stats.seconds = seconds(std::chrono::steady_clock::now() - began);
+  done.stats.cpu_seconds = static_cast<double>(counts.cpu_nanoseconds) * 1e-9;
+  return done;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,97 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/scene/description.hpp"
+#include "worker/accel/accel.hpp"
+#include "worker/accel/buffer.hpp"
+#include "worker/render/bsdf/material.hpp"
+#include "worker/render/lights/light_table.hpp"
+#include "worker/render/ray.hpp"
+#include "worker/render/vec.hpp"
+
+/// A scene in the form that renders. worker/scene makes it from a description; nothing here changes
+/// while it renders.
+namespace tessera::render {
+
+enum class GeometryKind : std::uint8_t { triangles, quads, spheres };
+
+/// Primitives of one kind, merged. Their buffers are those that Embree reads.
+struct Geometry {
+  GeometryKind kind = GeometryKind::triangles;
+  accel::Buffer<accel::Point> positions;
+  accel::Buffer<accel::Triangle> triangles;
+  accel::Buffer<accel::Quad> quads;
+  accel::Buffer<accel::Sphere> spheres;
+  std::vector<std::uint32_t> normals;    ///< octahedral, one per position; empty: flat
+  std::vector<std::uint16_t> materials;  ///< one per face
+  /// Per face: which emitter of its group it is, counted from 0, or no_id; empty where no face
+  /// emits.
+  std::vector<std::uint32_t> emitters;
+
+  [[nodiscard]] std::size_t faces() const { return materials.size(); }
+  [[nodiscard]] std::size_t bytes() const;
+};
+
+/// Geometries that are placed as one: the world itself, or what instances share.
+struct Group {
+  std::vector<Geometry> geometries;  ///< numbered as accel numbers them
+};
+
+/// How a group stands in the world. Placement 0 is the world's own, and the identity; placement 1 +
+/// k is instance k.
+struct Placement {
+  std::uint32_t group = 0;
+  std::uint32_t first_light = 0;  ///< emitter e of the group is light first_light + e
+  bool moved = false;             ///< false: the identity
+  accel::Affine to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  std::array<float, 9> normal_to_world{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< inverse transpose, rows
+  /// How much the way into the group's space and back enlarges rounding errors, ≥ 1.
+  float error_scale = 1;
+};
+
+struct Scene {
+  explicit Scene(const accel::Device& on) : device(on), accel(on) {}
+
+  accel::Device device;
+  std::vector<Group> groups;          ///< 0 is the world's
+  std::vector<Placement> placements;  ///< 0 is the world's
+  std::vector<CompiledMaterial> materials;
+  LightTable lights;
+  /// How far before a light's sampled point a shadow ray must end, so that the light does not hide
+  /// itself: its rounding error.
+  std::vector<float> light_errors;
+  std::vector<accel::Scene> group_accels;  ///< of groups 1, 2, …
+  accel::Scene accel;
+  std::uint32_t world_geometries = 0;  ///< accel's geometries from here on are instances
+  /// What was subtracted, in double, from all positions: float is finest near 0.
+  std::array<double, 3> origin{};
+  Bounds3 bounds;
+  bool moving = false;  ///< some position or transform has more than one time key
+  std::vector<scene::Camera> cameras;
+
+  /// The environment's radiance along a direction; black where there is none.
+  [[nodiscard]] Color environment() const {
+    return lights.environment() == no_id ? Color{} : lights[lights.environment()].radiance;
+  }
+  /// True if the scene has an environment, be it black: then a ray that leaves the scene sees
+  /// something.
+  bool has_environment = false;
+
+  [[nodiscard]] accel::Hit intersect(const Ray& ray) const {
+    return accel.intersect(to_accel(ray));
+  }
+  [[nodiscard]] bool occluded(const Ray& ray) const { return accel.occluded(to_accel(ray)); }
+
+  static accel::Ray to_accel(const Ray& ray) {
+    return {{ray.origin.x, ray.origin.y, ray.origin.z},
+            ray.t_min,
+            {ray.direction.x, ray.direction.y, ray.direction.z},
+            ray.time,
+            ray.t_max};
+  }
+};
+
+}  // namespace tessera::render
