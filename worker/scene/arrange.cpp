@@ -1,0 +1,119 @@
+#include "worker/scene/arrange.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "worker/scene/affine.hpp"
+
+namespace tessera::worker {
+namespace {
+
+using render::Vec3d;
+
+bool is_ellipsoid(const scene::Shape& shape, const scene::Transform& transform) {
+  return std::holds_alternative<scene::Sphere>(shape.geometry) && !uniform_scale(transform);
+}
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr Extent nothing{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+
+void grow(Extent& extent, const Vec3d& p) {
+  const std::array<double, 3> at{p.x, p.y, p.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent.low[axis] = std::min(extent.low[axis], at[axis]);
+    extent.high[axis] = std::max(extent.high[axis], at[axis]);
+  }
+}
+
+void grow_by_corners(Extent& extent, const Extent& box, const scene::Transform& transform) {
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    grow(extent, times_point(transform, {(corner & 1) != 0 ? box.high[0] : box.low[0],
+                                         (corner & 2) != 0 ? box.high[1] : box.low[1],
+                                         (corner & 4) != 0 ? box.high[2] : box.low[2]}));
+  }
+}
+
+void grow_by_shape(Extent& extent, const PlacedShape& placed) {
+  const scene::Transform& t = placed.to_group;
+  const auto& geometry = placed.shape->geometry;
+  if (const auto* quad = std::get_if<scene::Quad>(&geometry)) {
+    const Vec3d a = render::to_vec3d(quad->corner), u = render::to_vec3d(quad->edge_u),
+                v = render::to_vec3d(quad->edge_v);
+    for (const Vec3d& p : {a, a + u, a + v, a + u + v}) grow(extent, times_point(t, p));
+  } else if (const auto* sphere = std::get_if<scene::Sphere>(&geometry)) {
+    Extent box = nothing;
+    const Vec3d c = render::to_vec3d(sphere->center);
+    const double r = sphere->radius;
+    grow(box, c - Vec3d{r, r, r});
+    grow(box, c + Vec3d{r, r, r});
+    grow_by_corners(extent, box, t);
+  } else if (const auto* box = std::get_if<scene::Box>(&geometry)) {
+    grow_by_corners(extent, {box->low, box->high}, t);
+  } else if (const auto* mesh = std::get_if<scene::Mesh>(&geometry)) {
+    for (const auto& p : mesh->positions) grow(extent, times_point(t, {p[0], p[1], p[2]}));
+  }
+}
+
+}  // namespace
+
+Arrangement arrange(scene::Scene& description) {
+  Arrangement out;
+  out.groups.resize(1);
+  const auto add_to_world = [&](scene::Shape& shape, const scene::Transform& to_world) {
+    if (is_ellipsoid(shape, to_world)) {
+      out.groups.push_back({{&shape, scene::Transform{}}});
+      out.placed.push_back({out.groups.size() - 1, to_world});
+    } else {
+      out.groups[0].push_back({&shape, to_world});
+    }
+  };
+  for (scene::Shape& shape : description.shapes) add_to_world(shape, shape.to_world);
+
+  std::vector<std::vector<const scene::Transform*>> places(description.objects.size());
+  for (const scene::Instance& instance : description.instances) {
+    places[instance.object].push_back(&instance.to_world);
+  }
+  for (std::size_t object = 0; object < places.size(); ++object) {
+    std::vector<scene::Shape>& shapes = description.objects[object].shapes;
+    if (places[object].size() == 1) {
+      for (scene::Shape& shape : shapes) add_to_world(shape, *places[object][0] * shape.to_world);
+      continue;
+    }
+    if (places[object].empty()) continue;
+    std::vector<PlacedShape> together;
+    for (scene::Shape& shape : shapes) {
+      if (!is_ellipsoid(shape, shape.to_world)) {
+        together.push_back({&shape, shape.to_world});
+        continue;
+      }
+      out.groups.push_back({{&shape, scene::Transform{}}});
+      for (const scene::Transform* place : places[object]) {
+        out.placed.push_back({out.groups.size() - 1, *place * shape.to_world});
+      }
+    }
+    if (together.empty()) continue;
+    out.groups.push_back(std::move(together));
+    for (const scene::Transform* place : places[object]) {
+      out.placed.push_back({out.groups.size() - 1, *place});
+    }
+  }
+  return out;
+}
+
+Extent extent_of(const Arrangement& arrangement) {
+  std::vector<Extent> of_group;
+  for (const std::vector<PlacedShape>& group : arrangement.groups) {
+    Extent extent = nothing;
+    for (const PlacedShape& placed : group) grow_by_shape(extent, placed);
+    of_group.push_back(extent);
+  }
+  Extent all = of_group[0];
+  for (const Arrangement::Placed& placed : arrangement.placed) {
+    if (!of_group[placed.group].empty()) {
+      grow_by_corners(all, of_group[placed.group], placed.to_world);
+    }
+  }
+  return all;
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,40 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/scene/description.hpp"
+
+namespace tessera::worker {
+
+/// A shape and where it stands in its group.
+struct PlacedShape {
+  scene::Shape* shape = nullptr;
+  scene::Transform to_group;
+};
+
+/// Which shapes are merged into which group, and where groups are placed. Group 0 is the world's
+/// own and has no entry in `placed`; transforms of its shapes lead to the world.
+struct Arrangement {
+  struct Placed {
+    std::size_t group = 0;
+    scene::Transform to_world;
+  };
+  std::vector<std::vector<PlacedShape>> groups;
+  std::vector<Placed> placed;
+};
+
+/// Shapes of the world and objects placed once go into the world. An object placed more often
+/// becomes a group. A sphere whose transform makes it an ellipsoid becomes a group of its own, as
+/// only an instance can bend it. Objects that nothing places are left out.
+Arrangement arrange(scene::Scene& description);
+
+/// Corners of an axis-aligned box in double.
+struct Extent {
+  std::array<double, 3> low, high;
+  [[nodiscard]] bool empty() const { return !(low[0] <= high[0]); }
+};
+/// Of all that is placed, in the world.
+Extent extent_of(const Arrangement& arrangement);
+
+}  // namespace tessera::worker

@@ -1,0 +1,161 @@
+#include "worker/scene/build.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/base/error.hpp"
+#include "worker/scene/affine.hpp"
+#include "worker/scene/arrange.hpp"
+#include "worker/scene/emitters.hpp"
+#include "worker/scene/merge.hpp"
+
+namespace tessera::worker {
+namespace {
+
+std::vector<render::CompiledMaterial> compile_all(const std::vector<scene::Material>& materials) {
+  if (materials.size() > std::numeric_limits<std::uint16_t>::max() + std::size_t{1}) {
+    throw Error(ErrorKind::too_large, fmt::format("the scene has {} materials; at most 65536 can "
+                                                  "be told apart",
+                                                  materials.size()));
+  }
+  std::vector<render::CompiledMaterial> out;
+  out.reserve(materials.size());
+  for (const scene::Material& material : materials) out.push_back(render::compile(material));
+  return out;
+}
+
+/// 0, unless the scene stands so far off that float would be coarse there.
+std::array<double, 3> origin_for(const Extent& extent) {
+  if (extent.empty()) return {};
+  double far = 0, reach = 0;
+  std::array<double, 3> center;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    center[axis] = 0.5 * (extent.low[axis] + extent.high[axis]);
+    far = std::max(far, std::abs(center[axis]));
+    reach = std::max(reach, 0.5 * (extent.high[axis] - extent.low[axis]));
+  }
+  return far > 16 * reach ? center : std::array<double, 3>{};
+}
+
+void add_to_accel(const render::Group& group, accel::Scene& scene) {
+  for (const render::Geometry& geometry : group.geometries) {
+    const std::array<std::span<const accel::Point>, 1> keys{geometry.positions.span()};
+    switch (geometry.kind) {
+      case render::GeometryKind::triangles:
+        scene.add_triangles(keys, geometry.triangles.span());
+        break;
+      case render::GeometryKind::quads:
+        scene.add_quads(keys, geometry.quads.span());
+        break;
+      case render::GeometryKind::spheres:
+        scene.add_spheres(geometry.spheres.span());
+        break;
+    }
+  }
+}
+
+render::Placement placement_of(const scene::Transform& to_world, std::uint32_t group,
+                               std::uint32_t first_light) {
+  const Matrix3 m = linear(to_world);
+  const auto back = inverse(m);
+  if (!back) {
+    throw Error(
+        ErrorKind::bad_input,
+        "an instance's transform has no inverse: it makes its object flat, or is not finite");
+  }
+  render::Placement out;
+  out.group = group;
+  out.first_light = first_light;
+  out.moved = true;
+  out.to_world = rounded(to_world);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      out.normal_to_world[3 * row + column] = static_cast<float>((*back)[3 * column + row]);
+    }
+  }
+  out.error_scale = static_cast<float>(error_growth(m, *back));
+  return out;
+}
+
+render::Bounds3 bounds_of(const Extent& extent, const std::array<double, 3>& origin) {
+  render::Bounds3 bounds;
+  if (extent.empty()) return bounds;
+  const render::Vec3d shift = render::to_vec3d(origin);
+  bounds.grow(render::to_float(render::to_vec3d(extent.low) - shift));
+  bounds.grow(render::to_float(render::to_vec3d(extent.high) - shift));
+  return bounds;
+}
+
+render::Light environment_light(const render::Bounds3& bounds, const render::Color& radiance) {
+  render::EnvironmentLight shape;
+  if (!bounds.empty()) {
+    shape.center = (bounds.low + bounds.high) * 0.5F;
+    shape.radius = std::max(0.5F * render::length(bounds.high - bounds.low), 1e-30F);
+  }
+  render::Light light;
+  light.shape = shape;
+  light.radiance = radiance;
+  return light;
+}
+
+}  // namespace
+
+render::Scene build_scene(scene::Scene&& description, const accel::Device& device,
+                          const accel::Progress& progress) {
+  scene::Scene from = std::move(description);
+  render::Scene out(device);
+  out.materials = compile_all(from.materials);
+  out.cameras = std::move(from.cameras);
+
+  const Arrangement arrangement = arrange(from);
+  const Extent extent = extent_of(arrangement);
+  out.origin = origin_for(extent);
+  out.bounds = bounds_of(extent, out.origin);
+
+  std::vector<MergedGroup> merged;
+  for (std::size_t i = 0; i < arrangement.groups.size(); ++i) {
+    const bool world = i == 0;
+    merged.push_back(
+        merge(arrangement.groups[i], out.materials, world ? out.origin : std::array<double, 3>{}));
+  }
+  out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
+  std::vector<render::Light> lights =
+      lights_of(merged[0], out.materials, scene::Transform{}, render::no_id);
+  out.placements.emplace_back();
+  for (const Arrangement::Placed& placed : arrangement.placed) {
+    const scene::Transform to_world = relative_to(placed.to_world, out.origin);
+    const auto instance =
+        out.world_geometries + static_cast<std::uint32_t>(out.placements.size() - 1);
+    out.placements.push_back(placement_of(to_world, static_cast<std::uint32_t>(placed.group),
+                                          static_cast<std::uint32_t>(lights.size())));
+    const std::vector<render::Light> more =
+        lights_of(merged[placed.group], out.materials, to_world, instance);
+    lights.insert(lights.end(), more.begin(), more.end());
+  }
+  if (from.environment) {
+    out.has_environment = true;
+    const render::Color radiance = render::to_color(from.environment->radiance);
+    if (!render::is_black(radiance)) lights.push_back(environment_light(out.bounds, radiance));
+  }
+  for (const render::Light& light : lights) out.light_errors.push_back(rounding_error(light));
+  out.lights = render::LightTable(std::move(lights));
+
+  for (MergedGroup& one : merged) out.groups.push_back(std::move(one.group));
+  for (std::size_t i = 1; i < out.groups.size(); ++i) {
+    out.group_accels.emplace_back(device);
+    add_to_accel(out.groups[i], out.group_accels.back());
+    out.group_accels.back().build(progress);
+  }
+  add_to_accel(out.groups[0], out.accel);
+  for (std::size_t i = 1; i < out.placements.size(); ++i) {
+    const std::array<accel::Affine, 1> keys{out.placements[i].to_world};
+    out.accel.add_instance(out.group_accels[out.placements[i].group - 1], keys);
+  }
+  out.accel.build(progress);
+  return out;
+}
+
+}  // namespace tessera::worker

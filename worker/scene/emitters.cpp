@@ -1,0 +1,91 @@
+#include "worker/scene/emitters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "worker/scene/affine.hpp"
+
+namespace tessera::worker {
+namespace {
+
+using render::Vec3;
+using render::Vec3d;
+
+class LightMaker {
+ public:
+  explicit LightMaker(const scene::Transform& to_world)
+      : to_world_(to_world), mirrored_(determinant(linear(to_world)) < 0) {}
+
+  [[nodiscard]] render::Light make(const render::Geometry& geometry, std::uint32_t face) const {
+    render::Light light;
+    const auto at = [&](std::uint32_t vertex) { return point(geometry.positions[vertex]); };
+    if (geometry.kind == render::GeometryKind::quads) {
+      const accel::Quad& quad = geometry.quads[face];
+      const Vec3d corner = at(quad[0]);
+      Vec3d u = at(quad[1]) - corner, v = at(quad[3]) - corner;
+      if (mirrored_) std::swap(u, v);
+      light.shape =
+          render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
+    } else if (geometry.kind == render::GeometryKind::triangles) {
+      const accel::Triangle& triangle = geometry.triangles[face];
+      Vec3d b = at(triangle[1]), c = at(triangle[2]);
+      if (mirrored_) std::swap(b, c);
+      light.shape = render::TriangleLight{render::to_float(at(triangle[0])), render::to_float(b),
+                                          render::to_float(c)};
+    } else {
+      const accel::Sphere& sphere = geometry.spheres[face];
+      const auto scale = uniform_scale(to_world_);
+      if (!scale) {
+        throw Error(ErrorKind::bad_input,
+                    "a sphere that emits is under a transform that makes it an ellipsoid; expected "
+                    "one that scales all directions alike");
+      }
+      light.shape = render::SphereLight{render::to_float(point(sphere.center)),
+                                        static_cast<float>(sphere.radius * *scale)};
+    }
+    return light;
+  }
+
+ private:
+  [[nodiscard]] Vec3d point(const accel::Point& p) const {
+    return times_point(to_world_, {p[0], p[1], p[2]});
+  }
+
+  const scene::Transform& to_world_;
+  bool mirrored_;
+};
+
+}  // namespace
+
+std::vector<render::Light> lights_of(const MergedGroup& group,
+                                     std::span<const render::CompiledMaterial> materials,
+                                     const scene::Transform& to_world, std::uint32_t instance) {
+  std::vector<render::Light> lights;
+  lights.reserve(group.emitters.size());
+  const LightMaker maker(to_world);
+  for (const EmittingFace& emitter : group.emitters) {
+    const render::Geometry& geometry = group.group.geometries[emitter.geometry];
+    const render::CompiledMaterial& material = materials[geometry.materials[emitter.primitive]];
+    render::Light light = maker.make(geometry, emitter.primitive);
+    light.radiance = material.radiance;
+    light.two_sided = material.two_sided;
+    light.instance = instance;
+    light.primitive = emitter.primitive;
+    lights.push_back(std::move(light));
+  }
+  return lights;
+}
+
+float rounding_error(const render::Light& light) {
+  const render::Bounds3 bounds = render::bounds(light);
+  if (bounds.empty()) return 0;
+  float most = 0;
+  for (const Vec3& p : {bounds.low, bounds.high}) {
+    most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  }
+  return most * 0x1p-20F;
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,29 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "worker/render/scene.hpp"
+#include "worker/scene/arrange.hpp"
+
+namespace tessera::worker {
+
+/// A face that emits: where it stands in its group.
+struct EmittingFace {
+  std::uint32_t geometry = 0;
+  std::uint32_t primitive = 0;
+};
+
+struct MergedGroup {
+  render::Group group;
+  std::vector<EmittingFace> emitters;  ///< in the order of Geometry::emitters
+};
+
+/// Copies the shapes into as few geometries as their kinds and flags allow, in double relative to
+/// `origin`, and frees each mesh as soon as its last copy is made.
+MergedGroup merge(std::span<const PlacedShape> shapes,
+                  std::span<const render::CompiledMaterial> materials,
+                  const std::array<double, 3>& origin);
+
+}  // namespace tessera::worker
