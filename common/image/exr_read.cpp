@@ -12,7 +12,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <exception>
+#include <stdexcept>
 
 #include "common/base/error.hpp"
 #include "common/base/files.hpp"
@@ -28,6 +28,9 @@ namespace {
 
 constexpr std::int64_t values_max = limits::film_pixels_max * 32;
 constexpr int channels_max = 1024;
+/// No compression of OpenEXR's gets below this share (deflate, the densest, reaches 1032): a small
+/// file that says it is large is refused before memory is taken for it.
+constexpr std::int64_t densest_compression = 2048;
 
 class MemoryStream : public Imf::IStream {
  public:
@@ -36,7 +39,7 @@ class MemoryStream : public Imf::IStream {
   bool isMemoryMapped() const override { return false; }
   bool read(char* to, int count) override {
     const auto wanted = static_cast<std::size_t>(count);
-    if (wanted > bytes_.size() - at_) throw Error(ErrorKind::bad_input, "ends too early");
+    if (wanted > bytes_.size() - at_) throw std::runtime_error("ends too early");
     std::memcpy(to, bytes_.data() + at_, wanted);
     at_ += wanted;
     return at_ < bytes_.size();
@@ -69,11 +72,15 @@ void check_bounds(std::span<const std::byte> exr, const std::string& name) {
     const exr_attr_chlist_t* channels = nullptr;
     file.require(exr_get_channels(file.get(), part, &channels));
     const int count = channels->num_channels;
+    const auto file_bytes = static_cast<std::int64_t>(exr.size());
     if (width < 1 || height < 1 || width > limits::film_side_max ||
         height > limits::film_side_max || count < 1 || count > channels_max ||
-        width * height > values_max / count)
-      refuse(fmt::format("a picture of {} by {} with {} channels is beyond the limits", width,
-                         height, count));
+        width * height > values_max / count ||
+        width * height * count > file_bytes * densest_compression)
+      refuse(
+          fmt::format("a picture of {} by {} with {} channels is beyond the limits, or more than "
+                      "the file can hold",
+                      width, height, count));
     for (int i = 0; i < count; ++i)
       if (channels->entries[i].x_sampling != 1 || channels->entries[i].y_sampling != 1)
         refuse(fmt::format("channel {} is subsampled, which is not supported",
@@ -151,8 +158,6 @@ ExrImage read_exr(std::span<const std::byte> exr, const std::string& name) {
   check_bounds(exr, name);
   try {
     return read_checked(exr, name);
-  } catch (const Error&) {
-    throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& problem) {

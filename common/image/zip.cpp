@@ -2,6 +2,7 @@
 
 #include <isa-l/igzip_lib.h>
 
+#include <cassert>
 #include <cstdint>
 
 #include "common/base/error.hpp"
@@ -9,14 +10,14 @@
 namespace tessera::image {
 
 std::span<const std::byte> ZipCompressor::compress(std::span<const std::byte> chunk) {
-  const std::size_t half = (chunk.size() + 1) / 2;
+  assert(!chunk.empty() && chunk.size() % 2 == 0);
+  const std::size_t half = chunk.size() / 2;
   split_.resize(chunk.size());
   differences_.resize(chunk.size());
-  for (std::size_t i = 0; i < chunk.size() / 2; ++i) {
+  for (std::size_t i = 0; i < half; ++i) {
     split_[i] = chunk[2 * i];
     split_[half + i] = chunk[2 * i + 1];
   }
-  if (chunk.size() % 2 != 0) split_[half - 1] = chunk.back();
   differences_[0] = split_[0];
   for (std::size_t i = 1; i < chunk.size(); ++i) {
     const int difference =

@@ -9,8 +9,8 @@ namespace tessera::image {
 /// difference to the one before, then deflated into a zlib stream, by ISA-L's igzip.
 class ZipCompressor {
  public:
-  /// The compressed chunk, or nothing if it would not be smaller: the format then wants the chunk
-  /// as it is. Valid until the next call.
+  /// The compressed chunk (of an even number of bytes, at least two), or nothing if it would not be
+  /// smaller: the format then wants the chunk as it is. Valid until the next call.
   std::span<const std::byte> compress(std::span<const std::byte> chunk);
 
  private:
