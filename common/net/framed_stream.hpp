@@ -69,6 +69,9 @@ class FramedStream {
             std::shared_ptr<const std::vector<std::byte>> body = nullptr);
   /// Waits until everything queued is written. False after `wait`, or when the stream has closed.
   boost::asio::awaitable<bool> flush(Duration wait);
+  /// A clean end: flushes, says that nothing more comes, waits until the peer has closed too (what
+  /// it still sends is thrown away), but at most `wait`, and closes. No receive() may be under way.
+  boost::asio::awaitable<void> finish(Duration wait);
   /// Bytes queued and not yet written.
   [[nodiscard]] std::size_t queued() const;
 
