@@ -15,21 +15,22 @@
 #include "common/wire/messages.hpp"
 #include "server/schedule/scheduler.hpp"
 
-/// The one door to the coordinator's state. It joins scheduler, store and film: sessions bring workers' messages, HTTP brings
-/// people's requests. Everything here runs on one executor (the I/O thread); what decodes, encodes, hashes or syncs
-/// is done by its pool, and an awaitable resumes on the I/O thread.
+/// The one door to the coordinator's state. It joins scheduler, store and film: sessions bring
+/// workers' messages, HTTP brings people's requests. Everything here runs on one executor (the I/O
+/// thread); what decodes, encodes, hashes or syncs is done by its pool, and an awaitable resumes on
+/// the I/O thread.
 namespace tessera::server {
 
-/// How the coordinator speaks to one connected worker; a session implements it. No call blocks or throws.
+/// How the coordinator speaks to one connected worker; a session implements it. No call blocks or
+/// throws.
 class WorkerLink {
  public:
   virtual ~WorkerLink() = default;
   virtual void send(wire::Message message) = 0;
-  /// The connection is to end. The coordinator has done with it: nothing more is to come from it, worker_left neither (the
-  /// same worker may be here again, over another connection).
+  /// The connection is to end; of all calls only worker_left still comes.
   virtual void close(std::string reason) = 0;
-  /// While held, nothing is to be read from the worker: more results are here than can be made durable. Its silence is
-  /// not its fault then.
+  /// While held, nothing is to be read from the worker: more results are here than can be made
+  /// durable. Its silence is not its fault then.
   virtual void hold(bool held) = 0;
 };
 
@@ -39,14 +40,14 @@ struct JobStatus {
   std::shared_ptr<const JobPlan> plan;
   UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
   double progress = 0;                                ///< 0…1, by samples
-  double render_seconds = 0;                          ///< from the first lease granted to the last fold (or to now)
+  double render_seconds = 0;  ///< from the first lease granted to the last fold (or to now)
   std::int64_t rays = 0;
-  std::int64_t rejected_samples = 0;                  ///< NaN or Inf, counted as black
+  std::int64_t rejected_samples = 0;  ///< NaN or Inf, counted as black
   struct Share {
     std::string worker;
     std::int64_t samples = 0;
   };
-  std::vector<Share> shares;                          ///< by worker, most first
+  std::vector<Share> shares;  ///< by worker, most first
 };
 
 /// One encoded picture; shared by all who asked for the same version.
@@ -63,8 +64,8 @@ struct Event {
   std::string data;
 };
 
-/// A listener's queue. It holds at most limits::event_backlog events; a listener that is slower loses the oldest, and is told
-/// so by an event of type "lost".
+/// A listener's queue. It holds at most limits::event_backlog events; a listener that is slower
+/// loses the oldest, and is told so by an event of type "lost".
 class Subscription {
  public:
   virtual ~Subscription() = default;
@@ -73,23 +74,24 @@ class Subscription {
 };
 
 struct CoordinatorSettings {
-  std::filesystem::path data;            ///< the data folder; locked while running
+  std::filesystem::path data;  ///< the data folder; locked while running
   int pool_threads = 2;
-  std::string blob_url;                  ///< given to workers; empty: made from the address that the worker dialled
-  SchedulerSettings scheduler;           ///< its epoch is set by the store
-  bool durable = true;                   ///< false: no fsync (for the benchmark that shows its cost)
+  std::string blob_url;  ///< given to workers; empty: made from the address that the worker dialled
+  SchedulerSettings scheduler;  ///< its epoch is set by the store
+  bool durable = true;          ///< false: no fsync (for the benchmark that shows its cost)
 };
 
 class Coordinator {
  public:
-  /// Opens (or makes) the data folder, reads jobs and index back. Throws Error with the file's name: locked by another
-  /// coordinator, damaged, of a newer schema, not writable.
-  static std::unique_ptr<Coordinator> open(boost::asio::any_io_executor executor, CoordinatorSettings settings);
+  /// Opens (or makes) the data folder, reads jobs and index back. Throws Error with the file's
+  /// name: locked by another coordinator, damaged, of a newer schema, not writable.
+  static std::unique_ptr<Coordinator> open(boost::asio::any_io_executor executor,
+                                           CoordinatorSettings settings);
   virtual ~Coordinator() = default;
 
   // ---- people's side ----
-  /// Durable when it resumes. Throws Error{bad_input} for a spec that check() refuses, Error{conflict} if the bundle or a blob
-  /// that it names is not in the blob store.
+  /// Durable when it resumes. Throws Error{bad_input} for a spec that check() refuses,
+  /// Error{conflict} if the bundle or a blob that it names is not in the blob store.
   virtual boost::asio::awaitable<JobId> submit(JobSpec spec) = 0;
   [[nodiscard]] virtual std::vector<JobStatus> jobs() const = 0;
   [[nodiscard]] virtual std::optional<JobStatus> job(JobId id) const = 0;
@@ -102,11 +104,15 @@ class Coordinator {
   // ---- pictures ----
   /// The frame as far as it is folded, whole and consistent. Throws Error{not_found}.
   virtual boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) = 0;
-  virtual boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame, double exposure_stops) = 0;
-  /// The tiles whose last fold is newer than version `since`, in the binary form that server/http/README.md describes.
-  virtual boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame, std::uint64_t since) = 0;
+  virtual boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame,
+                                              double exposure_stops) = 0;
+  /// The tiles whose last fold is newer than version `since`, in the binary form that
+  /// server/http/README.md describes.
+  virtual boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame,
+                                                std::uint64_t since) = 0;
   /// The present version without encoding anything.
-  [[nodiscard]] virtual std::optional<std::uint64_t> version(JobId id, std::int32_t frame) const = 0;
+  [[nodiscard]] virtual std::optional<std::uint64_t> version(JobId id,
+                                                             std::int32_t frame) const = 0;
 
   // ---- listening ----
   /// Events of one job, or of all.
@@ -123,11 +129,13 @@ class Coordinator {
   virtual void worker_heard(WorkerId worker) = 0;
   /// Any message after hello but a result.
   virtual void worker_said(WorkerId worker, wire::Message message) = 0;
-  /// `exr` is the body. The answer (accepted, stale, rejected) is sent over the link when it is known.
+  /// `exr` is the body. The answer (accepted, stale, rejected) is sent over the link when it is
+  /// known.
   virtual void worker_result(WorkerId worker, wire::Result result, std::vector<std::byte> exr) = 0;
   virtual void worker_left(WorkerId worker, bool clean) = 0;
 
-  /// Stops the timers, finishes what is being journaled, closes the links. Call before the executor stops.
+  /// Stops the timers, finishes what is being journaled, closes the links. Call before the executor
+  /// stops.
   virtual boost::asio::awaitable<void> stop() = 0;
 };
 

@@ -13,7 +13,9 @@ namespace tessera::server {
 namespace {
 
 bool is_identity(std::string_view text) {
-  const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); };
+  const auto is_hex = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+  };
   return text.size() == 32 && std::all_of(text.begin(), text.end(), is_hex);
 }
 
@@ -21,13 +23,16 @@ bool is_identity(std::string_view text) {
 
 std::optional<wire::Refused> check_hello(const wire::Hello& hello, std::string_view token) {
   if (!net::token_admits(token, hello.token))
-    return wire::Refused{"token", hello.token.empty() ? "this coordinator asks for a token, and none was shown"
-                                                      : "the token is not this coordinator's"};
-  if (!is_identity(hello.identity)) return wire::Refused{"protocol", "identity: expected 32 hexadecimal digits"};
+    return wire::Refused{"token", hello.token.empty()
+                                      ? "this coordinator asks for a token, and none was shown"
+                                      : "the token is not this coordinator's"};
+  if (!is_identity(hello.identity))
+    return wire::Refused{"protocol", "identity: expected 32 hexadecimal digits"};
   if (!is_plain_name(hello.name))
     return wire::Refused{"protocol", "name: expected 1 to 128 bytes without control characters"};
   if (hello.threads < 1 || hello.threads > 4096)
-    return wire::Refused{"protocol", fmt::format("threads: expected 1 to 4096, found {}", hello.threads)};
+    return wire::Refused{"protocol",
+                         fmt::format("threads: expected 1 to 4096, found {}", hello.threads)};
   return std::nullopt;
 }
 

@@ -21,12 +21,14 @@ using boost::asio::ip::tcp;
 
 constexpr auto as_values = boost::asio::as_tuple(boost::asio::use_awaitable);
 
-/// Beyond connections_max so many more are told why they are refused; others are closed without a word.
+/// Beyond connections_max so many more are told why they are refused; others are closed without a
+/// word.
 constexpr std::size_t refusals_most = 64;
 
 class Listener : public WorkerListener {
  public:
-  Listener(const boost::asio::any_io_executor& executor, Coordinator& coordinator, SessionSettings settings)
+  Listener(const boost::asio::any_io_executor& executor, Coordinator& coordinator,
+           SessionSettings settings)
       : executor_(executor),
         coordinator_(coordinator),
         settings_(std::move(settings)),
@@ -40,8 +42,8 @@ class Listener : public WorkerListener {
   [[nodiscard]] std::uint16_t port() const override { return port_; }
 
   [[nodiscard]] std::size_t connections() const override {
-    return static_cast<std::size_t>(
-        std::count_if(sessions_.begin(), sessions_.end(), [](const auto& weak) { return !weak.expired(); }));
+    return static_cast<std::size_t>(std::count_if(
+        sessions_.begin(), sessions_.end(), [](const auto& weak) { return !weak.expired(); }));
   }
 
   awaitable<void> stop() override {
@@ -88,12 +90,14 @@ class Listener : public WorkerListener {
     const bool full = sessions_.size() >= settings_.connections_max;
     if (sessions_.size() >= settings_.connections_max + refusals_most) return;
     try {
-      auto session = std::make_shared<Session>(std::move(socket), coordinator_, settings_,
-                                               [this](awaitable<void> coroutine) { start(std::move(coroutine)); });
+      auto session = std::make_shared<Session>(
+          std::move(socket), coordinator_, settings_,
+          [this](awaitable<void> coroutine) { start(std::move(coroutine)); });
       sessions_.push_back(session);
       start(Session::run(session, full));
     } catch (const std::exception& error) {
-      log::warn("workers' port: {}", error.what());  // the peer is gone before its address could be asked for
+      log::warn("workers' port: {}",
+                error.what());  // the peer is gone before its address could be asked for
     }
   }
 
@@ -111,7 +115,8 @@ class Listener : public WorkerListener {
 
 }  // namespace
 
-std::unique_ptr<WorkerListener> WorkerListener::open(boost::asio::any_io_executor executor, Coordinator& coordinator,
+std::unique_ptr<WorkerListener> WorkerListener::open(boost::asio::any_io_executor executor,
+                                                     Coordinator& coordinator,
                                                      SessionSettings settings) {
   return std::make_unique<Listener>(executor, coordinator, std::move(settings));
 }

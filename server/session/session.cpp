@@ -12,20 +12,23 @@ namespace tessera::server {
 namespace {
 
 constexpr Duration last_word_time = std::chrono::seconds(1);
-constexpr Duration receive_time = std::chrono::minutes(1);  // the scheduler decides who is silent, not this
+constexpr Duration receive_time =
+    std::chrono::minutes(1);  // the scheduler decides who is silent, not this
 constexpr Duration held_step = std::chrono::milliseconds(500);
 
 /// True for messages that a worker may send after hello.
 bool is_workers(const wire::Message& message) {
-  return std::holds_alternative<wire::Preparing>(message) || std::holds_alternative<wire::Ready>(message) ||
-         std::holds_alternative<wire::Progress>(message) || std::holds_alternative<wire::Failed>(message) ||
+  return std::holds_alternative<wire::Preparing>(message) ||
+         std::holds_alternative<wire::Ready>(message) ||
+         std::holds_alternative<wire::Progress>(message) ||
+         std::holds_alternative<wire::Failed>(message) ||
          std::holds_alternative<wire::Drain>(message);
 }
 
 }  // namespace
 
-Session::Session(boost::asio::ip::tcp::socket socket, Coordinator& coordinator, const SessionSettings& settings,
-                 Spawn spawn)
+Session::Session(boost::asio::ip::tcp::socket socket, Coordinator& coordinator,
+                 const SessionSettings& settings, Spawn spawn)
     : held_timer_(socket.get_executor()),
       stream_(std::move(socket)),
       coordinator_(coordinator),
@@ -36,7 +39,8 @@ Session::Session(boost::asio::ip::tcp::socket socket, Coordinator& coordinator, 
 boost::asio::awaitable<void> Session::run(std::shared_ptr<Session> self, bool full) {
   try {
     if (full) {
-      self->end_with(wire::Refused{"full", "the coordinator has as many connections as it takes"}, "too many connections");
+      self->end_with(wire::Refused{"full", "the coordinator has as many connections as it takes"},
+                     "too many connections");
     } else if (co_await self->shake_hands()) {
       co_await self->listen_to_worker();
     }
@@ -73,8 +77,8 @@ boost::asio::awaitable<bool> Session::shake_hands() {
   welcome.blob_url = blob_url_for(settings_.blob_url, stream_.local(), settings_.http_port);
   welcome.blob_token = settings_.blob_token;
   welcome.epoch = coordinator_.epoch();
-  welcome.heartbeat_ms =
-      static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(settings_.heartbeat).count());
+  welcome.heartbeat_ms = static_cast<int>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(settings_.heartbeat).count());
   who_ += " (" + hello->name + ")";
   const WorkerInfo info{hello->name, hello->identity, hello->threads, hello->build_id};
   // The coordinator may grant leases before worker_joined returns: they wait behind the welcome.
@@ -88,7 +92,8 @@ boost::asio::awaitable<bool> Session::shake_hands() {
   stream_.on_bytes([this] {
     if (worker_) coordinator_.worker_heard(*worker_);
   });
-  log::info("{}: worker {} joined with {} threads, version {}", who_, *worker_, hello->threads, hello->version);
+  log::info("{}: worker {} joined with {} threads, version {}", who_, *worker_, hello->threads,
+            hello->version);
   co_return true;
 }
 
@@ -132,7 +137,6 @@ void Session::send(wire::Message message) {
 }
 
 void Session::close(std::string reason) {
-  worker_.reset();
   if (ending_) return;
   log::info("{}: closed: {}", who_, reason);
   end_with(wire::Bye{reason}, reason);

@@ -14,14 +14,15 @@
 /// One worker's connection, from its first byte to its last.
 namespace tessera::server {
 
-/// Lives in a shared_ptr: its coroutines keep it. The listener owns the coroutines: it starts run() and closing() and counts
-/// both until they end.
+/// Lives in a shared_ptr: its coroutines keep it. The listener owns the coroutines: it starts run()
+/// and closing() and counts both until they end.
 class Session : public WorkerLink, public std::enable_shared_from_this<Session> {
  public:
   /// Starts a coroutine that the listener counts.
   using Spawn = std::function<void(boost::asio::awaitable<void>)>;
 
-  Session(boost::asio::ip::tcp::socket socket, Coordinator& coordinator, const SessionSettings& settings, Spawn spawn);
+  Session(boost::asio::ip::tcp::socket socket, Coordinator& coordinator,
+          const SessionSettings& settings, Spawn spawn);
 
   /// The whole life; ends when the connection has ended. Never throws. `full`: refuse it at once.
   static boost::asio::awaitable<void> run(std::shared_ptr<Session> self, bool full);
@@ -48,12 +49,13 @@ class Session : public WorkerLink, public std::enable_shared_from_this<Session> 
   Coordinator& coordinator_;
   const SessionSettings& settings_;
   Spawn spawn_;
-  std::string who_;                 ///< the peer's address, with the worker's name once that is known
+  std::string who_;  ///< the peer's address, with the worker's name once that is known
   std::optional<WorkerId> worker_;  ///< while the coordinator knows this connection
-  std::optional<std::vector<wire::Message>> joining_;  ///< what is to follow the welcome, while that is made
+  std::optional<std::vector<wire::Message>>
+      joining_;  ///< what is to follow the welcome, while that is made
   bool held_ = false;
-  bool ending_ = false;             ///< the last message is queued
-  bool clean_ = false;              ///< the worker said bye, or the coordinator stops
+  bool ending_ = false;  ///< the last message is queued
+  bool clean_ = false;   ///< the worker said bye, or the coordinator stops
 };
 
 }  // namespace tessera::server

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/frame_file.hpp"
+#include "server/coordinator/impl.hpp"
+
+/// How frames and jobs end: files are written, the end is made durable, and what is not needed any
+/// more is let go. What fails is tried again, with pauses that double, for as long as the
+/// coordinator runs.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+constexpr Duration retry_first = std::chrono::milliseconds(100);
+constexpr Duration retry_most = std::chrono::seconds(10);
+
+}  // namespace
+
+boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
+  Duration wait = retry_first;
+  while (!co_await write_frame(id, frame)) {
+    co_await crew_.pause(wait);
+    wait = std::min(2 * wait, retry_most);
+    const Job* job = find(id);
+    if (crew_.stopping() || !job || job->ended || job->broken) co_return;
+  }
+}
+
+boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t frame) {
+  const std::filesystem::path file = frame_path(settings_.data, id, frame);
+  try {
+    FilmSnapshot film = co_await films_.snapshot(id, frame);
+    auto shared = std::make_shared<const FilmSnapshot>(std::move(film));
+    const image::Metadata metadata = metadata_for(known(id), frame);
+    const std::function<char()> write = [shared, metadata, file, durable = settings_.durable] {
+      write_whole(file, encode_frame_exr(*shared, metadata), durable);
+      return char{};
+    };
+    co_await on<char>(files_, write);
+  } catch (const Error& error) {
+    log::error("job {} frame {}: the picture could not be written: {}", id, frame, error.what());
+    co_return false;
+  }
+  known(id).files.insert(frame);
+  films_.forget(id, frame);
+  log::info("job {} frame {}: {}", id, frame, file.string());
+  frame_news_.changed(id, frame, now());
+  files_changed_.notify();
+  wake_in_time();
+  co_return true;
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
+  Job& job = known(id);
+  while (job.files.size() < job.plan->spec.frames.count() && !crew_.stopping() && !job.broken)
+    co_await files_changed_.wait();
+  if (crew_.stopping() || job.broken) co_return;
+  const JobRecord end = job.end_record("done", "", now(), unix_millis_now());
+  if (!co_await save_surely(end)) co_return;
+  job.record = end;
+  job.ended = true;
+  log::info("job {} is done after {:.1f} s", id, end.render_seconds);
+  co_await let_go(id);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string state,
+                                                          std::string error) {
+  Job& job = known(id);
+  if (job.record.state != state) {
+    const JobRecord end = job.end_record(state, error, now(), unix_millis_now());
+    if (!co_await save_surely(end)) co_return;
+    job.record = end;
+  }
+  job.ended = true;
+  co_await keep_pictures(id);
+  co_await let_go(id);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::keep_pictures(JobId id) {
+  const std::vector<std::int32_t> frames = films_.frames(id);
+  for (const std::int32_t frame : frames)
+    if (!crew_.stopping()) co_await write_frame(id, frame);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::let_go(JobId id) {
+  films_.forget(id);
+  pictures_.forget(id);
+  scheduler_.forget_job(id);
+  tell_job(id);
+  files_changed_.notify();
+  const std::function<char()> forget = [this, id] {
+    store_->end_job(id);
+    return char{};
+  };
+  try {
+    co_await on_writer<char>(forget);
+  } catch (const Error& error) {
+    // The next start tries again.
+    log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+  }
+}
+
+void CoordinatorImpl::fail_job(JobId id, const std::string& reason) {
+  Job* job = find(id);
+  if (!job || job->ended || job->broken || is_end(job->record.state)) return;
+  job->broken = true;
+  files_changed_.notify();
+  if (job->ending) {
+    // Every task is closed, but the film cannot be read back: the scheduler has done with the job
+    // already.
+    log::error("job {} has failed: {}", id, reason);
+    crew_.start("a job's failure", abandon_job(id, "failed", reason));
+    return;
+  }
+  perform(scheduler_.fail_job(id, reason, now()));
+}
+
+boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobRecord record) {
+  Duration wait = retry_first;
+  while (!crew_.stopping()) {
+    try {
+      co_await save(record);
+      co_return true;
+    } catch (const Error& error) {
+      log::error("job {}: its state could not be kept: {}", record.id, error.what());
+    }
+    co_await crew_.pause(wait);
+    wait = std::min(2 * wait, retry_most);
+  }
+  co_return false;
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::keep(JobRecord record) {
+  co_await save_surely(std::move(record));
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,93 @@
+#pragma once
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/coordinator/crew.hpp"
+#include "server/coordinator/frame_film.hpp"
+
+/// The films of all frames under way; folds on the pool. Used on the I/O thread alone.
+namespace tessera::server {
+
+class Films {
+ public:
+  /// Reads a result's tile back from the journal and decodes it; any thread. Throws Error.
+  using ReadTile =
+      std::function<image::TileImage(const ResultPlace&, const image::TileExpectation&)>;
+  struct Hooks {
+    /// Passes [0, passes) of the tile are folded; the frame has a new version.
+    std::function<void(JobId, std::int32_t frame, std::uint32_t tile, std::uint32_t passes)> folded;
+    /// A result that was durable could not be read back.
+    std::function<void(JobId, const std::string& reason)> failed;
+    /// A batch of folds has ended.
+    std::function<void()> settled;
+  };
+
+  /// `crew` counts the work that is on the pool. `lanes`: threads of the pool.
+  Films(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes, Crew& crew,
+        ReadTile read, Hooks hooks);
+
+  /// The frame's film, an empty one if there is none yet.
+  FrameFilm& open(JobId job, const std::shared_ptr<const JobPlan>& plan, std::int32_t frame);
+  /// nullptr if there is none.
+  [[nodiscard]] const FrameFilm* find(JobId job, std::int32_t frame) const;
+  [[nodiscard]] std::vector<std::int32_t> frames(JobId job) const;
+
+  /// The result is in the journal; it is folded when its turn comes. Call flush() after the last of
+  /// a batch.
+  void durable(JobId job, const std::shared_ptr<const JobPlan>& plan, const TaskId& task,
+               const ResultPlace& place, std::shared_ptr<const DecodedTile> decoded);
+  /// Hands what has its turn to the pool.
+  void flush();
+
+  /// The film as far as it counts as folded; reads back what is in the journal alone. Throws
+  /// Error{not_found} if there is no film, or it is forgotten meanwhile; Error{failed} if it cannot
+  /// be read back.
+  boost::asio::awaitable<FilmSnapshot> snapshot(JobId job, std::int32_t frame);
+
+  void forget(JobId job, std::int32_t frame);
+  void forget(JobId job);
+
+ private:
+  struct Frame {
+    Frame(JobId of, const std::shared_ptr<const JobPlan>& plan, std::int32_t number,
+          const boost::asio::any_io_executor& io)
+        : job(of), film(plan, number), changed(io) {}
+    JobId job;
+    FrameFilm film;
+    Signal changed;
+    std::string error;
+    bool gone = false;
+  };
+  using FramePtr = std::shared_ptr<Frame>;
+  struct Fold {
+    FramePtr frame;
+    FoldWork work;
+    std::shared_ptr<const FilmTile> folded;
+    std::string error;
+  };
+  using Batch = std::shared_ptr<std::vector<Fold>>;
+
+  void touch(const FramePtr& frame, std::uint32_t tile);
+  void post(Batch batch);
+  void fold(Fold& fold) const;
+  void finish(const Batch& batch);
+
+  boost::asio::any_io_executor io_;
+  boost::asio::thread_pool& pool_;
+  std::size_t lanes_;
+  Crew& crew_;
+  ReadTile read_;
+  Hooks hooks_;
+  std::map<std::pair<JobId, std::int32_t>, FramePtr> frames_;
+  std::vector<std::pair<FramePtr, std::uint32_t>> touched_;
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "common/image/metadata.hpp"
+#include "common/job/job_spec.hpp"
+#include "server/film/film.hpp"
+
+/// Final pictures on disk: DATA/jobs/ID/frame-####.exr. Everything here blocks: it is called from
+/// the pool, or at the start.
+namespace tessera::server {
+
+std::filesystem::path job_folder(const std::filesystem::path& data, JobId job);
+std::filesystem::path frame_path(const std::filesystem::path& data, JobId job, std::int32_t frame);
+/// The frames that have a file. Temporary files of a killed coordinator are removed.
+std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job);
+
+/// Under a temporary name in the same folder (made if it is not there), then renamed; synced if
+/// `durable`. Throws Error{failed} with the file's name; what stood there before stands then still.
+void write_whole(const std::filesystem::path& file, std::span<const std::byte> bytes, bool durable);
+/// Throws Error{failed} with the file's name.
+std::vector<std::byte> read_whole(const std::filesystem::path& file);
+
+std::vector<std::byte> encode_frame_exr(const FilmSnapshot& film, const image::Metadata& metadata);
+std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposure_stops);
+std::vector<std::byte> png_of_file(const std::filesystem::path& file, double exposure_stops);
+/// The file's picture as a film whose every tile changed at `version`: R, G, B, A alone.
+FilmSnapshot film_of_file(const std::filesystem::path& file, const TileGrid& grid,
+                          std::uint64_t version);
+
+}  // namespace tessera::server

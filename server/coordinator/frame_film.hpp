@@ -1,0 +1,100 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/image/tile.hpp"
+#include "common/job/job_spec.hpp"
+#include "server/film/film.hpp"
+#include "server/store/records.hpp"
+
+/// One frame's film, and what of it is durable but not folded yet: decides what is folded when.
+/// Pure.
+namespace tessera::server {
+
+/// A decoded tile, and its share of the budget of results in flight, which ends with it.
+struct DecodedTile {
+  image::TileImage image;
+  std::shared_ptr<void> budget;
+};
+
+/// Passes of one tile to be folded on a thread of the pool, in this order.
+struct FoldWork {
+  struct Pass {
+    std::uint32_t pass = 0;
+    ResultPlace place;  ///< where it is read back from, if it is not here:
+    std::shared_ptr<const DecodedTile> tile;
+  };
+  std::uint32_t tile = 0;
+  bool loads = false;                      ///< only brings back what was folded before a restart
+  std::shared_ptr<const FilmTile> before;  ///< nullptr: nothing yet
+  std::vector<Pass> passes;
+};
+
+/// A pass that has its predecessors folded (or about to be) keeps its decoded tile; one that is
+/// early keeps its place in the journal alone. After a start tiles are read back when they are
+/// needed: by a new pass, or by demand().
+///
+/// The version: a restart begins at the number of passes that are durable in order, over all tiles.
+/// No version told earlier is larger, and an equal one means equal pictures.
+class FrameFilm {
+ public:
+  FrameFilm(std::shared_ptr<const JobPlan> plan, std::int32_t frame);
+
+  // ---- after a start, before anything else ----
+  void restore(std::uint32_t tile, std::uint32_t pass, const ResultPlace& place);
+  /// Ends restoring. What is durable in order counts as folded from here on.
+  void restored();
+  /// Passes of the tile that count as folded.
+  [[nodiscard]] std::uint32_t passes(std::uint32_t tile) const { return tiles_[tile].folded; }
+
+  // ---- folding ----
+  /// The result is in the journal. A second one for the same pass changes nothing.
+  void durable(std::uint32_t tile, std::uint32_t pass, const ResultPlace& place,
+               std::shared_ptr<const DecodedTile> decoded);
+  /// What is to be folded next into this tile; nothing while it is being folded. done() must
+  /// follow.
+  std::optional<FoldWork> next(std::uint32_t tile);
+  /// Everything that was folded before a restart is wanted now; next() of every tile tells what is
+  /// to be read.
+  void demand();
+  /// The work is done. True if passes(tile) has grown.
+  bool done(const FoldWork& work, std::shared_ptr<const FilmTile> folded);
+
+  // ---- looking ----
+  /// True if everything that counts as folded is here.
+  [[nodiscard]] bool loaded() const { return unloaded_ == 0; }
+  [[nodiscard]] std::uint64_t version() const { return film_.version(); }
+  /// Needs loaded().
+  [[nodiscard]] FilmSnapshot snapshot() { return film_.snapshot(); }
+  [[nodiscard]] std::uint32_t tile_count() const {
+    return static_cast<std::uint32_t>(tiles_.size());
+  }
+  [[nodiscard]] const JobPlan& plan() const { return *plan_; }
+  [[nodiscard]] std::int32_t frame() const { return frame_; }
+
+ private:
+  struct Tile {
+    std::uint32_t folded = 0;  ///< passes that count as folded
+    bool unloaded = false;     ///< … but are in the journal alone
+    bool busy = false;
+    std::uint32_t busy_end = 0;           ///< while busy: where the fold under way ends
+    std::vector<FoldWork::Pass> waiting;  ///< ascending by pass
+  };
+
+  [[nodiscard]] static std::size_t run_length(const Tile& tile, std::uint32_t first);
+
+  std::shared_ptr<const JobPlan> plan_;
+  std::int32_t frame_;
+  Film film_;
+  std::vector<Tile> tiles_;
+  std::size_t unloaded_ = 0;
+  bool demanded_ = false;
+};
+
+/// What a task's result must be.
+image::TileExpectation expectation_of(const JobPlan& plan, const TaskId& task);
+
+}  // namespace tessera::server

@@ -1,0 +1,297 @@
+#include "server/coordinator/impl.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/frame_file.hpp"
+
+namespace tessera::server {
+
+namespace {
+
+constexpr Duration frame_news_spacing = std::chrono::milliseconds(83);  // 12 a second
+constexpr Duration job_news_spacing = std::chrono::milliseconds(250);
+constexpr Duration tick_least = std::chrono::milliseconds(1);
+constexpr Duration held_step = std::chrono::milliseconds(20);
+constexpr std::size_t pictures_kept = 256 * limits::MiB;
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+SchedulerSettings scheduler_settings(const CoordinatorSettings& settings, const Store& store) {
+  SchedulerSettings out = settings.scheduler;
+  out.epoch = store.epoch();
+  out.grant_key = store.grant_key();
+  return out;
+}
+
+NewResult new_result(const ArrivedResult& result) {
+  return {result.info, result.worker_name, result.worker_build, *result.exr};
+}
+
+}  // namespace
+
+std::unique_ptr<Coordinator> Coordinator::open(boost::asio::any_io_executor executor,
+                                               CoordinatorSettings settings) {
+  StoreSettings store_settings;
+  store_settings.durable = settings.durable;
+  auto store = Store::open(settings.data, store_settings);
+  auto coordinator =
+      std::make_unique<CoordinatorImpl>(executor, std::move(settings), std::move(store));
+  coordinator->restore();
+  coordinator->start();
+  return coordinator;
+}
+
+CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSettings settings,
+                                 std::unique_ptr<Store> store)
+    : io_(std::move(io)),
+      settings_(std::move(settings)),
+      store_(std::move(store)),
+      blobs_(settings_.data / "blobs", settings_.durable),
+      scheduler_(scheduler_settings(settings_, *store_)),
+      hub_(io_),
+      frame_news_(frame_news_spacing),
+      job_news_(job_news_spacing),
+      pictures_(io_, pictures_kept),
+      crew_(io_),
+      files_changed_(io_),
+      clock_(io_),
+      pool_(static_cast<std::size_t>(std::max(1, settings_.pool_threads))),
+      previews_(1),
+      files_(1),
+      films_(io_, pool_, settings_.pool_threads, crew_,
+             [this](const ResultPlace& place, const image::TileExpectation& expected) {
+               return image::decode_tile(store_->read_result(place).exr, expected);
+             },
+             {[this](JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
+                tile_folded(job, frame, tile, passes);
+              },
+              [this](JobId job, const std::string& reason) { fail_job(job, reason); },
+              [this] { hold_or_release(); }}),
+      results_(io_, pool_, settings_.pool_threads, crew_,
+               [this](std::vector<ArrivedResult>& group) {
+                 std::vector<NewResult> batch;
+                 batch.reserve(group.size());
+                 for (const ArrivedResult& result : group) batch.push_back(new_result(result));
+                 return store_->append_results(batch);
+               },
+               {[this](std::vector<ArrivedResult> results) { results_durable(std::move(results)); },
+                [this](const ArrivedResult& result, const std::string& reason) {
+                  result_invalid(result, reason);
+                }}) {}
+
+CoordinatorImpl::~CoordinatorImpl() {
+  // After stop() there is nothing left to do. Without it this is as if the process had been killed:
+  // what is on the pools is dropped, and what they posted must not run any more.
+  for (boost::asio::thread_pool* lane : {&pool_, &previews_, &files_}) {
+    lane->stop();
+    lane->join();
+  }
+  results_.writer().stop();
+}
+
+// ---- start and stop ----
+
+void CoordinatorImpl::restore() {
+  for (const JobRecord& record : store_->list_jobs()) restore_job(record);
+  if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
+}
+
+void CoordinatorImpl::restore_job(const JobRecord& record) {
+  Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
+  job.files = frames_on_disk(settings_.data, record.id);
+  if (job.ended) return;
+  Actions actions = scheduler_.add_job(record.id, job.plan, now());
+  std::map<std::int32_t, FrameFilm*> films;
+  store_->results_of(record.id, [&](const IndexedResult& result) {
+    job.count(result.worker_name, result.samples, result.rays, result.rejected,
+              result.worker_build);
+    scheduler_.restore_closed(record.id, result.task);
+    if (job.files.contains(result.task.frame)) return;
+    FrameFilm*& film = films[result.task.frame];
+    if (!film) film = &films_.open(record.id, job.plan, result.task.frame);
+    film->restore(result.task.tile, result.task.pass, result.place);
+  });
+  if (job.build) scheduler_.restore_build(record.id, *job.build);
+  for (const auto& [frame, film] : films) film->restored();
+  perform(actions);
+  // What is durable in order counts as folded from the start, so that work is handed out at once;
+  // the sums are read back when they are needed.
+  for (const auto& [frame, film] : films)
+    for (std::uint32_t tile = 0; tile < film->tile_count(); ++tile)
+      if (film->passes(tile) > 0)
+        perform(scheduler_.tile_folded(record.id, frame, tile, film->passes(tile), now()));
+  for (const std::int32_t frame : job.files)
+    for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
+      perform(scheduler_.tile_folded(record.id, frame, tile, job.plan->passes.count(), now()));
+  if (record.state == "paused") perform(scheduler_.pause_job(record.id, now()));
+}
+
+void CoordinatorImpl::start() { crew_.start("the coordinator's clock", keep_time()); }
+
+boost::asio::awaitable<void> CoordinatorImpl::stop() {
+  stopping_ = true;
+  clock_.cancel();
+  crew_.stop();
+  files_changed_.notify();
+  std::vector<std::shared_ptr<WorkerLink>> links;
+  for (const auto& [id, worker] : workers_) links.push_back(worker.link);
+  for (const auto& link : links) link->close("the coordinator stops");
+  results_.writer().give_up();
+  co_await crew_.ended();
+  // The writer finishes what is queued; what it says about that is handled before this resumes.
+  const std::function<char()> finish_writing = [this] {
+    results_.writer().stop();
+    return char{};
+  };
+  co_await on<char>(files_, finish_writing);
+  co_await crew_.ended();
+  hub_.close();
+}
+
+// ---- time ----
+
+boost::asio::awaitable<void> CoordinatorImpl::keep_time() {
+  while (!stopping_) {
+    armed_ = std::max(next_deadline().value_or(Instant::max()), now() + tick_least);
+    clock_.expires_at(armed_);
+    co_await clock_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+    if (!stopping_) tick();
+  }
+}
+
+std::optional<Instant> CoordinatorImpl::next_deadline() const {
+  std::optional<Instant> earliest;
+  for (const auto& deadline :
+       {scheduler_.next_deadline(), frame_news_.next_deadline(), job_news_.next_deadline()})
+    if (deadline && (!earliest || *deadline < *earliest)) earliest = deadline;
+  if (holding_) earliest = std::min(earliest.value_or(Instant::max()), now() + held_step);
+  return earliest;
+}
+
+void CoordinatorImpl::wake_in_time() {
+  const auto deadline = next_deadline();
+  if (!deadline || *deadline >= armed_) return;
+  armed_ = Instant::min();  // the clock is about to set it anew
+  clock_.cancel();
+}
+
+void CoordinatorImpl::tick() {
+  perform(scheduler_.tick(now()));
+  for (const auto& [id, frame] : frame_news_.due(now()))
+    if (const auto newest = version(id, frame))
+      hub_.publish("frame", id, frame_event(id, frame, *newest));
+  for (const auto& [id, unused] : job_news_.due(now()))
+    if (const Job* job = find(id)) hub_.publish("job", id, job_event(status_of(*job)));
+  hold_or_release();
+}
+
+// ---- the scheduler's actions ----
+
+void CoordinatorImpl::perform(const Actions& actions) {
+  for (const Action& action : actions)
+    std::visit([this](const auto& one) { perform_one(one); }, action);
+  wake_in_time();
+}
+
+void CoordinatorImpl::perform_one(const GrantLease& grant) {
+  Job* job = find(grant.job);
+  const auto found = workers_.find(grant.worker);
+  if (!job || found == workers_.end()) return;
+  if (!job->first_lease) {
+    job->first_lease = now();
+    job->record.started = unix_millis_now();
+    job->record.state = "rendering";
+    crew_.start("a job's start", keep(job->record));
+    tell_job(grant.job);
+  }
+  wire::Assign assign;
+  assign.lease = grant.lease;
+  assign.job = grant.job;
+  assign.plan = job->plan->digest;
+  assign.task = grant.task;
+  if (found->second.told.insert(grant.job).second) assign.spec = job->plan->spec;
+  found->second.link->send(std::move(assign));
+}
+
+void CoordinatorImpl::perform_one(const RevokeLeases& revoke) {
+  constexpr std::size_t most = 4096;  // wire::leases_per_message
+  for (std::size_t first = 0; first < revoke.leases.size(); first += most) {
+    const auto from = revoke.leases.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto to = revoke.leases.begin() +
+                    static_cast<std::ptrdiff_t>(std::min(first + most, revoke.leases.size()));
+    send(revoke.worker, wire::Revoke{{from, to}, revoke.reason});
+  }
+}
+
+void CoordinatorImpl::perform_one(const DropWorker& drop) {
+  const auto found = workers_.find(drop.worker);
+  if (found == workers_.end()) return;
+  log::warn("worker {} ({}) is dropped: {}", drop.worker, found->second.info.name, drop.reason);
+  found->second.link->close(drop.reason);
+}
+
+void CoordinatorImpl::perform_one(const JobFailed& failed) {
+  Job* job = find(failed.job);
+  if (!job || job->ending || job->ended) return;
+  log::error("job {} has failed: {}", failed.job, failed.reason);
+  job->ending = true;
+  crew_.start("a job's failure", abandon_job(failed.job, "failed", failed.reason));
+}
+
+void CoordinatorImpl::perform_one(const JobFinished& finished) {
+  Job* job = find(finished.job);
+  if (!job || job->ending || job->ended) return;
+  job->ending = true;
+  if (!job->last_fold) job->last_fold = now();
+  crew_.start("a job's end", finish_job(finished.job));
+}
+
+void CoordinatorImpl::perform_one(const FrameFinished& finished) {
+  const Job* job = find(finished.job);
+  if (job && !job->files.contains(finished.frame))
+    crew_.start("a frame's file", finish_frame(finished.job, finished.frame));
+}
+
+void CoordinatorImpl::tile_folded(JobId id, std::int32_t frame, std::uint32_t tile,
+                                  std::uint32_t passes) {
+  Job* job = find(id);
+  if (!job) return;
+  job->last_fold = now();
+  frame_news_.changed(id, frame, now());
+  tell_job(id);
+  perform(scheduler_.tile_folded(id, frame, tile, passes, now()));
+}
+
+// ---- jobs ----
+
+Job* CoordinatorImpl::find(JobId id) {
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? nullptr : &found->second;
+}
+
+const Job* CoordinatorImpl::find(JobId id) const {
+  const auto found = jobs_.find(id);
+  return found == jobs_.end() ? nullptr : &found->second;
+}
+
+Job& CoordinatorImpl::known(JobId id) {
+  if (Job* job = find(id)) return *job;
+  throw Error(ErrorKind::not_found, fmt::format("there is no job {}", id));
+}
+
+JobStatus CoordinatorImpl::status_of(const Job& job) const {
+  return job.status(scheduler_.job(job.record.id, now()), now());
+}
+
+void CoordinatorImpl::tell_job(JobId id) {
+  job_news_.changed(id, 0, now());
+  wake_in_time();
+}
+
+}  // namespace tessera::server

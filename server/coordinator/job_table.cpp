@@ -1,0 +1,141 @@
+#include "server/coordinator/job_table.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace tessera::server {
+
+namespace {
+
+JobPlan plan_of(const JobRecord& record) {
+  JobSpec spec = record.spec;
+  spec.priority = record.priority;
+  return JobPlan(spec);
+}
+
+std::string text_of(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+bool is_end(const std::string& state) {
+  return state == "done" || state == "failed" || state == "cancelled";
+}
+
+std::uint64_t final_version(const JobPlan& plan) {
+  return static_cast<std::uint64_t>(plan.tasks_per_frame());
+}
+
+Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
+    : record(std::move(from)),
+      plan(std::make_shared<const JobPlan>(plan_of(record))),
+      ended(is_end(record.state)) {
+  if (record.started != 0 && !ended)
+    first_lease =
+        now - std::chrono::milliseconds(std::max<UnixMillis>(0, wall_now - record.started));
+  if (!ended) return;
+  for (const JobRecord::Share& share : record.shares) shares[share.worker] += share.samples;
+}
+
+void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
+                std::int64_t rejected, const Digest& worker_build) {
+  shares[worker] += samples;
+  record.rays += rays;
+  record.rejected_samples += rejected;
+  if (!build) build = worker_build;
+}
+
+double Job::render_seconds(Instant now) const {
+  if (ended) return record.render_seconds;
+  if (!first_lease) return 0;
+  return seconds(ending && last_fold ? *last_fold - *first_lease : now - *first_lease);
+}
+
+std::int64_t Job::samples_total() const {
+  return static_cast<std::int64_t>(plan->grid.film_width()) * plan->grid.film_height() *
+         plan->passes.samples() * plan->spec.frames.count();
+}
+
+std::vector<JobRecord::Share> Job::shares_by_size() const {
+  std::vector<JobRecord::Share> sorted;
+  sorted.reserve(shares.size());
+  for (const auto& [worker, samples] : shares) sorted.push_back({worker, samples});
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.samples > b.samples; });
+  return sorted;
+}
+
+JobRecord Job::end_record(const std::string& state, const std::string& error, Instant now,
+                          UnixMillis wall_now) const {
+  JobRecord end = record;
+  end.state = state;
+  end.error = error;
+  end.finished = wall_now;
+  end.render_seconds = render_seconds(now);
+  end.shares = shares_by_size();
+  return end;
+}
+
+JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
+  JobStatus status;
+  if (view) {
+    status.view = *view;
+    if (ended) {
+      status.view.state = record.state;
+    } else if (view->state == "done") {
+      status.view.state = "rendering";
+    }
+  } else {
+    status.view.id = record.id;
+    status.view.state = record.state;
+    status.view.tasks = plan->tasks();
+    status.view.samples = samples_total();
+    for (const auto& [worker, samples] : shares) status.view.samples_done += samples;
+    if (record.state == "done") status.view.samples_done = status.view.samples;
+    if (record.state == "done") status.view.tasks_done = status.view.tasks;
+  }
+  if (!record.error.empty()) status.view.error = record.error;
+  status.view.priority = record.priority;
+  status.view.build = build ? build : status.view.build;
+  status.plan = plan;
+  status.created = record.created;
+  status.started = record.started;
+  status.finished = record.finished;
+  status.progress = status.view.samples > 0 ? static_cast<double>(status.view.samples_done) /
+                                                  static_cast<double>(status.view.samples)
+                                            : 0;
+  status.render_seconds = render_seconds(now);
+  status.rays = record.rays;
+  status.rejected_samples = record.rejected_samples;
+  for (const JobRecord::Share& share : shares_by_size())
+    status.shares.push_back({share.worker, share.samples});
+  return status;
+}
+
+std::string job_event(const JobStatus& status) {
+  nlohmann::json eta = nullptr;
+  if (status.view.eta_seconds) eta = *status.view.eta_seconds;
+  nlohmann::json error = nullptr;
+  if (!status.view.error.empty()) error = status.view.error;
+  return text_of({{"id", status.view.id},
+                  {"name", status.plan->spec.name},
+                  {"state", status.view.state},
+                  {"priority", status.view.priority},
+                  {"progress", status.progress},
+                  {"samples_done", status.view.samples_done},
+                  {"samples_total", status.view.samples},
+                  {"samples_per_second", status.view.samples_per_second},
+                  {"eta_seconds", eta},
+                  {"error", error}});
+}
+
+std::string frame_event(JobId job, std::int32_t frame, std::uint64_t version) {
+  return text_of({{"job", job}, {"frame", frame}, {"version", version}});
+}
+
+std::string worker_event(WorkerId worker, const std::string& name, const char* state) {
+  return text_of({{"id", worker}, {"name", name}, {"state", state}});
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,55 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/coordinator/coordinator.hpp"
+#include "server/store/records.hpp"
+
+/// The jobs and what is counted of them. Pure.
+namespace tessera::server {
+
+/// "done", "failed" or "cancelled": nothing changes any more.
+bool is_end(const std::string& state);
+
+struct Job {
+  Job(JobRecord from, Instant now, UnixMillis wall_now);
+
+  JobRecord record;  ///< as the store has it, or is about to
+  std::shared_ptr<const JobPlan> plan;
+  std::map<std::string, std::int64_t> shares;  ///< samples by worker's name
+  std::set<std::int32_t> files;                ///< frames whose final EXR is written
+  std::optional<Digest> build;                 ///< of the workers that made the results
+  std::optional<Instant> first_lease, last_fold;
+  bool ending = false;  ///< the scheduler is done with it; files and state are being written
+  bool ended = false;   ///< the end is durable
+  bool broken = false;  ///< what was durable cannot be read back: it can only fail
+
+  /// A result has become durable, or is read back after a start.
+  void count(const std::string& worker, std::int64_t samples, std::int64_t rays,
+             std::int64_t rejected, const Digest& worker_build);
+  [[nodiscard]] double render_seconds(Instant now) const;
+  [[nodiscard]] std::int64_t samples_total() const;
+  /// Most first; equal ones by name.
+  [[nodiscard]] std::vector<JobRecord::Share> shares_by_size() const;
+  /// The record as it is to be kept when the job ends in this state.
+  [[nodiscard]] JobRecord end_record(const std::string& state, const std::string& error,
+                                     Instant now, UnixMillis wall_now) const;
+  /// What people are shown. `view` is the scheduler's, if it still knows the job. A job is "done"
+  /// only once its files are written.
+  [[nodiscard]] JobStatus status(const std::optional<JobView>& view, Instant now) const;
+};
+
+/// A frame's version once its file stands: at least any that was told before.
+std::uint64_t final_version(const JobPlan& plan);
+
+// ---- the data of events: JSON objects ----
+std::string job_event(const JobStatus& status);
+std::string frame_event(JobId job, std::int32_t frame, std::uint64_t version);
+std::string worker_event(WorkerId worker, const std::string& name, const char* state);
+
+}  // namespace tessera::server

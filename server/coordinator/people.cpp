@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include "common/assets/bundle.hpp"
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/impl.hpp"
+
+/// What people ask of the coordinator.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+/// Throws Error{conflict} unless the bundle and every blob that it names are here. Blocks.
+void check_assets(const assets::BlobStore& blobs, const Digest& bundle) {
+  if (!blobs.has(bundle))
+    throw Error(ErrorKind::conflict,
+                fmt::format("the bundle {} is not here: upload it first", bundle.hex()),
+                {.key = "bundle"});
+  const assets::Bundle files = assets::bundle_from_json(
+      blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
+  const std::vector<Digest> named = assets::digests_of(files);
+  const std::vector<Digest> missing = blobs.missing(named);
+  if (missing.empty()) return;
+  for (const auto& [path, file] : files.files)
+    if (file.digest == missing.front())
+      throw Error(
+          ErrorKind::conflict,
+          fmt::format(
+              "{} of the bundle's {} blobs are not here: upload them first; one of them is {} ({})",
+              missing.size(), named.size(), file.digest.hex(), path),
+          {.key = "bundle"});
+}
+
+}  // namespace
+
+boost::asio::awaitable<JobId> CoordinatorImpl::submit(JobSpec spec) {
+  check(spec);
+  const std::function<char()> look = [this, bundle = spec.bundle] {
+    check_assets(blobs_, bundle);
+    return char{};
+  };
+  co_await on<char>(files_, look);
+  JobRecord record;
+  record.priority = spec.priority;
+  record.spec = std::move(spec);
+  record.created = unix_millis_now();
+  const std::function<JobId()> put = [this, record] { return store_->put_job(record); };
+  record.id = co_await on_writer<JobId>(put);
+  const Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
+  log::info("job {} ({}): {} tasks, plan {}", record.id, record.spec.name, job.plan->tasks(),
+            job.plan->digest.hex().substr(0, 12));
+  perform(scheduler_.add_job(record.id, job.plan, now()));
+  tell_job(record.id);
+  co_return record.id;
+}
+
+std::vector<JobStatus> CoordinatorImpl::jobs() const {
+  std::vector<JobStatus> all;
+  all.reserve(jobs_.size());
+  for (const auto& [id, job] : jobs_) all.push_back(status_of(job));
+  return all;
+}
+
+std::optional<JobStatus> CoordinatorImpl::job(JobId id) const {
+  const Job* found = find(id);
+  if (!found) return std::nullopt;
+  return status_of(*found);
+}
+
+Job& CoordinatorImpl::live(JobId id) {
+  Job& job = known(id);
+  if (!job.ending && !job.ended) return job;
+  const std::string state = status_of(job).view.state;
+  throw Error(ErrorKind::conflict,
+              is_end(state) ? fmt::format("job {} is {}", id, state)
+                            : fmt::format("job {} is rendered, its files are being written", id));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::save(JobRecord record) {
+  const std::function<char()> update = [this, record = std::move(record)] {
+    store_->update_job(record);
+    return char{};
+  };
+  co_await on_writer<char>(update);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
+  Job& job = live(id);
+  job.ending = true;
+  const JobRecord end = job.end_record("cancelled", "", now(), unix_millis_now());
+  std::exception_ptr error;
+  try {
+    co_await save(end);
+  } catch (const std::exception&) {
+    error = std::current_exception();
+  }
+  Job& again = known(id);
+  if (error) {
+    again.ending = false;
+    std::rethrow_exception(error);
+  }
+  again.record = end;
+  perform(scheduler_.cancel_job(id, now()));
+  log::info("job {} is cancelled", id);
+  tell_job(id);
+  if (!stopping_) crew_.start("a cancelled job's pictures", abandon_job(id, "cancelled", ""));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
+  JobRecord record = live(id).record;
+  record.state = "paused";
+  co_await save(record);
+  live(id).record.state = record.state;
+  perform(scheduler_.pause_job(id, now()));
+  tell_job(id);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
+  JobRecord record = live(id).record;
+  if (record.state != "paused") co_return;
+  record.state = record.started != 0 ? "rendering" : "queued";
+  co_await save(record);
+  live(id).record.state = record.state;
+  perform(scheduler_.resume_job(id, now()));
+  tell_job(id);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::set_priority(JobId id, int priority) {
+  if (priority < -100 || priority > 100)
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected a whole number from -100 to 100, found {}", priority),
+                {.key = "priority"});
+  JobRecord record = live(id).record;
+  record.priority = priority;
+  co_await save(record);
+  live(id).record.priority = priority;
+  perform(scheduler_.set_priority(id, priority, now()));
+  tell_job(id);
+}
+
+std::unique_ptr<Subscription> CoordinatorImpl::subscribe(std::optional<JobId> job) {
+  return hub_.subscribe(job);
+}
+
+}  // namespace tessera::server

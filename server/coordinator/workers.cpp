@@ -1,0 +1,172 @@
+#include <fmt/format.h>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/impl.hpp"
+
+/// What workers say, and what becomes of their results.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+// Results in flight, bytes as they came and as they are decoded. Beyond the first nothing is read
+// from workers until there is less than the second. What a session has begun to read still comes
+// in: one body for each connection, at most.
+constexpr std::size_t in_flight_most = 256 * limits::MiB;
+constexpr std::size_t in_flight_again = 128 * limits::MiB;
+
+/// What a result says of itself must fit its task; empty if it does.
+std::string fault_of(const wire::Result& result, const image::TileExpectation& expected) {
+  const std::int64_t samples = expected.window.pixels() * expected.samples;
+  if (result.samples != samples)
+    return fmt::format("samples: expected {} for {}, found {}", samples, text_of(result.task),
+                       result.samples);
+  if (result.rejected < 0 || result.rejected > samples)
+    return fmt::format("rejected: expected 0 to {}, found {}", samples, result.rejected);
+  if (result.rays < 0) return fmt::format("rays: expected at least 0, found {}", result.rays);
+  if (!(result.seconds >= 0 && result.seconds < 1e9))
+    return "seconds: expected a number from 0 to 1e9";
+  return {};
+}
+
+std::string refusal_of(const wire::Result& result, const Job* job) {
+  if (job && job->plan->digest != result.plan)
+    return "the result is of another plan than the job's";
+  if (job && !job->plan->contains(result.task))
+    return fmt::format("the job has no {}", text_of(result.task));
+  return fmt::format("lease {}.{} was not granted to this worker for {}", result.lease.epoch,
+                     result.lease.number, text_of(result.task));
+}
+
+}  // namespace
+
+std::vector<WorkerView> CoordinatorImpl::workers() const { return scheduler_.workers(now()); }
+
+WorkerId CoordinatorImpl::worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) {
+  const Scheduler::Joined joined = scheduler_.worker_joined(info, now());
+  workers_[joined.worker] = {info, link, {}};
+  if (holding_) link->hold(true);
+  perform(joined.actions);
+  hub_.publish("worker", 0, worker_event(joined.worker, info.name, "joined"));
+  return joined.worker;
+}
+
+void CoordinatorImpl::worker_heard(WorkerId worker) { scheduler_.worker_heard(worker, now()); }
+
+void CoordinatorImpl::worker_left(WorkerId worker, bool clean) {
+  const auto found = workers_.find(worker);
+  if (found == workers_.end()) return;
+  const std::string name = found->second.info.name;
+  workers_.erase(found);
+  perform(scheduler_.worker_left(worker, clean, now()));
+  log::info("worker {} ({}) has left{}", worker, name, clean ? "" : " without a word");
+  hub_.publish("worker", 0, worker_event(worker, name, "left"));
+}
+
+void CoordinatorImpl::drain_worker(WorkerId worker) {
+  const auto found = workers_.find(worker);
+  if (found == workers_.end())
+    throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
+  perform(scheduler_.drain_worker(worker, now()));
+  send(worker, wire::Drain{"asked for by a person"});
+  hub_.publish("worker", 0, worker_event(worker, found->second.info.name, "draining"));
+}
+
+void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
+  if (!workers_.contains(worker)) return;
+  if (const auto* preparing = std::get_if<wire::Preparing>(&message)) {
+    perform(scheduler_.worker_preparing(worker, preparing->job, now()));
+  } else if (const auto* ready = std::get_if<wire::Ready>(&message)) {
+    perform(scheduler_.worker_ready(worker, ready->job, now()));
+  } else if (const auto* progress = std::get_if<wire::Progress>(&message)) {
+    std::vector<std::pair<LeaseId, double>> running;
+    running.reserve(progress->running.size());
+    for (const auto& one : progress->running) running.emplace_back(one.lease, one.fraction);
+    perform(scheduler_.worker_progress(worker, running, now()));
+  } else if (const auto* failed = std::get_if<wire::Failed>(&message)) {
+    log::warn("worker {} ({}) could not do its work for job {} ({}): {}", worker,
+              workers_[worker].info.name, failed->job, failed->code, failed->reason);
+    perform(scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now()));
+  } else if (std::holds_alternative<wire::Drain>(message)) {
+    perform(scheduler_.drain_worker(worker, now()));
+    hub_.publish("worker", 0, worker_event(worker, workers_[worker].info.name, "draining"));
+  }
+}
+
+void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
+                                    std::vector<std::byte> exr) {
+  const auto found = workers_.find(worker);
+  if (found == workers_.end() || stopping_) return;
+  const Job* job = find(result.job);
+  const Verdict verdict =
+      scheduler_.result_arrived(worker, result.lease, result.job, result.plan, result.task, now());
+  if (verdict == Verdict::stale || (verdict == Verdict::take && !job)) {
+    send(worker, wire::Stale{result.lease});
+  } else if (verdict == Verdict::rejected) {
+    const std::string reason = refusal_of(result, job);
+    log::warn("worker {} ({}): a result is rejected: {}", worker, found->second.info.name, reason);
+    send(worker, wire::Rejected{result.lease, reason});
+  } else {
+    ArrivedResult arrived;
+    arrived.worker = worker;
+    arrived.info = {
+        result.job,     result.plan, result.task,     result.lease,   found->second.info.identity,
+        result.samples, result.rays, result.rejected, result.seconds, result.cpu_seconds};
+    arrived.worker_name = found->second.info.name;
+    arrived.worker_build = found->second.info.build_id;
+    const image::TileExpectation expected = expectation_of(*job->plan, result.task);
+    if (const std::string fault = fault_of(result, expected); !fault.empty()) {
+      result_invalid(arrived, fault);
+    } else {
+      arrived.budget = in_flight_.take(2 * exr.size());
+      arrived.exr = std::make_shared<const std::vector<std::byte>>(std::move(exr));
+      results_.arrived(std::move(arrived), expected);
+    }
+  }
+  hold_or_release();
+  wake_in_time();
+}
+
+void CoordinatorImpl::result_invalid(const ArrivedResult& result, const std::string& reason) {
+  log::warn("worker {} ({}): {} of job {} is not taken: {}", result.worker, result.worker_name,
+            text_of(result.info.task), result.info.job, reason);
+  send(result.worker, wire::Rejected{result.info.lease, reason});
+  perform(scheduler_.result_invalid(result.worker, result.info.lease, result.info.job,
+                                    result.info.task, reason, now()));
+  hold_or_release();
+}
+
+void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
+  for (ArrivedResult& result : results) {
+    const ResultInfo& info = result.info;
+    send(result.worker, wire::Accepted{info.lease});
+    perform(scheduler_.result_durable(result.worker, info.lease, info.job, info.task, info.samples,
+                                      info.seconds, now()));
+    Job* job = find(info.job);
+    if (!job || job->ended) continue;
+    job->count(result.worker_name, info.samples, info.rays, info.rejected, result.worker_build);
+    films_.durable(info.job, job->plan, info.task, result.place, std::move(result.decoded));
+  }
+  results.clear();
+  films_.flush();
+  hold_or_release();
+}
+
+void CoordinatorImpl::send(WorkerId worker, wire::Message message) {
+  const auto found = workers_.find(worker);
+  if (found != workers_.end()) found->second.link->send(std::move(message));
+}
+
+void CoordinatorImpl::hold_or_release() {
+  const bool hold = in_flight_.used() > (holding_ ? in_flight_again : in_flight_most);
+  if (hold == holding_) return;
+  holding_ = hold;
+  log::debug("{} bytes of results in flight: workers are {}", in_flight_.used(),
+             hold ? "held" : "read again");
+  for (const auto& [id, worker] : workers_) worker.link->hold(hold);
+  wake_in_time();
+}
+
+}  // namespace tessera::server
