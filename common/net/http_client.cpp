@@ -295,7 +295,8 @@ asio::awaitable<HttpResponse> HttpClient::Impl::run(HttpRequest request, const S
   // A kept connection may have been closed by the server meanwhile. Then a request that may be
   // repeated is, on a new one; the others always go over a new one, as nobody could say whether
   // they were carried out.
-  std::shared_ptr<Wire> wire = repeatable(request.method) ? std::exchange(kept, nullptr) : nullptr;
+  std::shared_ptr<Wire> wire = std::exchange(kept, nullptr);
+  if (!repeatable(request.method)) wire.reset();
   const bool may_repeat = wire && wire->used;
   if (!wire) wire = new_wire();
   std::optional<HttpResponse> response;
