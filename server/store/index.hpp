@@ -1,0 +1,55 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+#include "server/store/database.hpp"
+#include "server/store/records.hpp"
+
+namespace tessera::server {
+
+/// The database side of the store: meta, jobs, workers, and the journal's index. Not const: one
+/// thread at a time, over one connection; const: any thread, over another one, one after another.
+class Index {
+ public:
+  Index(const std::filesystem::path& file, bool durable);
+
+  /// Counts a start; durable on return.
+  std::uint64_t next_epoch();
+  /// 32 hexadecimal digits, the same for good.
+  std::string grant_key();
+
+  JobId put_job(const JobRecord& record);
+  void update_job(const JobRecord& record);
+  [[nodiscard]] std::vector<JobRecord> list_jobs() const;
+
+  /// In one transaction; nothing of it if it throws.
+  void add_results(std::span<const NewResult> batch, std::span<const ResultPlace> places);
+  void results_of(JobId job, std::optional<std::int32_t> frame,
+                  const std::function<void(const IndexedResult&)>& visit) const;
+  void forget_results(JobId job);
+  /// Segments that hold results, and how long each must be.
+  [[nodiscard]] std::map<std::uint64_t, std::uint64_t> segments() const;
+
+ private:
+  std::int64_t worker_row(const NewResult& result);
+  void bind_and_run_job(Statement& statement, const JobRecord& record, std::int64_t id);
+
+  // The statements go before the connections that they belong to.
+  Database writer_;
+  mutable std::mutex reading_;
+  mutable std::optional<Database> reader_;
+  Statement add_result_, add_segment_, add_worker_, find_worker_;
+  std::unordered_map<std::string, std::int64_t> worker_rows_;  // looked up alone
+};
+
+}  // namespace tessera::server

@@ -1,0 +1,150 @@
+#include "server/store/journal.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/log.hpp"
+#include "server/store/journal_record.hpp"
+
+namespace tessera::server {
+namespace {
+
+constexpr std::string_view extension = ".segment";
+constexpr std::string_view magic = "TSRAJRNL";
+constexpr std::uint32_t version = 1;
+constexpr std::size_t header_size = 16;
+constexpr std::size_t record_most = limits::wire_body + 4 * limits::KiB;
+
+std::array<std::byte, header_size> segment_header() {
+  std::array<std::byte, header_size> header{};
+  std::memcpy(header.data(), magic.data(), magic.size());
+  std::memcpy(header.data() + magic.size(), &version, sizeof version);
+  return header;
+}
+
+}  // namespace
+
+Journal::Journal(std::filesystem::path folder, bool durable, std::uint64_t segment_bytes)
+    : folder_(std::move(folder)), durable_(durable), segment_bytes_(segment_bytes) {
+  for (const std::uint64_t segment : segments()) {
+    number_ = std::max(number_, segment);
+    bytes_ += size_of(segment);
+  }
+}
+
+std::filesystem::path Journal::path_of(std::uint64_t segment) const {
+  return folder_ / fmt::format("{:08}{}", segment, extension);
+}
+
+std::set<std::uint64_t> Journal::segments() const {
+  std::set<std::uint64_t> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    if (entry.path().extension() != extension) continue;
+    const std::string stem = entry.path().stem().string();
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
+    if (error == std::errc() && end == stem.data() + stem.size()) found.insert(number);
+  }
+  return found;
+}
+
+std::uint64_t Journal::size_of(std::uint64_t segment) const {
+  return DiskFile(path_of(segment), O_RDONLY).size();
+}
+
+void Journal::begin_segment() {
+  ++number_;
+  DiskFile fresh(path_of(number_), O_RDWR | O_CREAT | O_EXCL);
+  fresh.write(segment_header(), 0);
+  if (durable_) {
+    fresh.sync();
+    sync_folder(folder_);
+  }
+  file_ = std::move(fresh);
+  end_ = last_ = header_size;
+  bytes_ += header_size;
+}
+
+std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
+  std::vector<std::vector<std::byte>> heads;
+  heads.reserve(batch.size());
+  for (const NewResult& result : batch) heads.push_back(record_head(result.info, result.exr));
+  if (!file_.is_open() || end_ >= segment_bytes_) begin_segment();
+
+  std::vector<ResultPlace> places;
+  std::vector<iovec> pieces;
+  places.reserve(batch.size());
+  pieces.reserve(2 * batch.size());
+  std::uint64_t end = end_;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    const auto exr = batch[i].exr;
+    pieces.push_back({heads[i].data(), heads[i].size()});
+    if (!exr.empty()) pieces.push_back({const_cast<std::byte*>(exr.data()), exr.size()});
+    places.push_back({number_, end, heads[i].size() + exr.size()});
+    end += places.back().length;
+  }
+  last_ = end_;
+  try {
+    file_.write(pieces, end_);
+  } catch (const Error&) {
+    undo();
+    throw;
+  }
+  try {
+    if (durable_) file_.sync();
+  } catch (const Error&) {
+    seal();  // which pages reached the disk cannot be known
+    throw;
+  }
+  bytes_ += end - end_;
+  end_ = end;
+  return places;
+}
+
+void Journal::undo() {
+  bytes_ -= end_ - last_;
+  end_ = last_;
+  try {
+    file_.truncate(end_);
+  } catch (const Error& error) {
+    log::warn("{}; its bytes past {} are of no meaning", error.what(), end_);
+  }
+}
+
+StoredResult Journal::read(const ResultPlace& place) const {
+  const DiskFile file(path_of(place.segment), O_RDONLY);
+  if (place.length < record_prefix || place.length > record_most ||
+      place.offset + place.length > file.size()) {
+    throw Error(ErrorKind::failed, fmt::format("{} has no record of {} bytes at {}",
+                                               file.path().string(), place.length, place.offset));
+  }
+  std::array<std::byte, header_size> header{};
+  file.read(header, 0);
+  if (header != segment_header())
+    throw Error(ErrorKind::failed, file.path().string() + " is no journal segment of this version");
+  std::vector<std::byte> bytes(place.length);
+  file.read(bytes, place.offset);
+  try {
+    return parse_record(bytes);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::failed,
+                fmt::format("{} at {}: {}", file.path().string(), place.offset, error.message()));
+  }
+}
+
+void Journal::remove(std::uint64_t segment) {
+  if (file_.is_open() && segment == number_) return;
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(path_of(segment), error);
+  if (!error && std::filesystem::remove(path_of(segment), error)) bytes_ -= size;
+  if (error) log::warn("{} could not be deleted: {}", path_of(segment).string(), error.message());
+}
+
+}  // namespace tessera::server

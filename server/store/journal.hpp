@@ -1,0 +1,52 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "server/store/disk_file.hpp"
+#include "server/store/records.hpp"
+
+namespace tessera::server {
+
+/// The bulk bytes: append-only files NUMBER.segment in one folder, each a header (magic, version)
+/// and then records one after another. What a record's place is, and which records count, is the
+/// index's to say: bytes behind the last indexed record are of no meaning. Not const: one thread at
+/// a time. Const: any thread.
+class Journal {
+ public:
+  /// Begins a new segment with the first append.
+  Journal(std::filesystem::path folder, bool durable, std::uint64_t segment_bytes);
+
+  /// The numbers of the segments on disk.
+  [[nodiscard]] std::set<std::uint64_t> segments() const;
+  [[nodiscard]] std::uint64_t size_of(std::uint64_t segment) const;
+  [[nodiscard]] std::filesystem::path path_of(std::uint64_t segment) const;
+
+  /// Writes the records and syncs once. If it throws, nothing was appended.
+  std::vector<ResultPlace> append(std::span<const NewResult> batch);
+  /// Takes the last append back, as if it had thrown.
+  void undo();
+  /// Begins a new segment with the next append: what the last one wrote may be or not be.
+  void seal() { file_ = {}; }
+  [[nodiscard]] StoredResult read(const ResultPlace& place) const;
+  /// Deletes a segment; the current one is kept.
+  void remove(std::uint64_t segment);
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  void begin_segment();
+
+  std::filesystem::path folder_;
+  bool durable_;
+  std::uint64_t segment_bytes_;
+  std::uint64_t number_ = 0;  // of the newest segment
+  DiskFile file_;             // the current one, or none
+  std::uint64_t end_ = 0;     // of its records
+  std::uint64_t last_ = 0;    // where the last append began
+  std::atomic<std::uint64_t> bytes_{0};
+};
+
+}  // namespace tessera::server

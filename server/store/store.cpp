@@ -1,0 +1,148 @@
+#include "server/store/store.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/store/index.hpp"
+#include "server/store/journal.hpp"
+
+namespace tessera::server {
+namespace {
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw Error(ErrorKind::failed, fmt::format("data folder {} could not be made: {}",
+                                               folder.string(), error.message()));
+}
+
+/// Held as long as it is open, also against the same process; the system lets it go when the
+/// process dies.
+DiskFile locked(const std::filesystem::path& folder) {
+  make_folder(folder / "journal");
+  DiskFile lock(folder / "lock", O_RDWR | O_CREAT);
+  if (::flock(lock.descriptor(), LOCK_EX | LOCK_NB) != 0) {
+    std::string holder(std::min<std::size_t>(lock.size(), 20), '\0');
+    lock.read(std::as_writable_bytes(std::span(holder)), 0);
+    throw Error(ErrorKind::conflict,
+                fmt::format("data folder {} is in use by another coordinator (process {})",
+                            folder.string(), holder.empty() ? "unknown" : holder));
+  }
+  const std::string process = std::to_string(::getpid());
+  lock.truncate(0);
+  lock.write(std::as_bytes(std::span(process)), 0);
+  return lock;
+}
+
+std::array<std::uint8_t, 16> key_from(const std::string& hex) {
+  std::array<std::uint8_t, 16> key{};
+  const auto whole = Digest::from_hex(hex + hex);
+  if (!whole) throw Error(ErrorKind::failed, "the database is damaged: its grant key is no key");
+  std::copy_n(whole->bytes.begin(), key.size(), key.begin());
+  return key;
+}
+
+}  // namespace
+
+struct Store::State {
+  State(const std::filesystem::path& where, const StoreSettings& settings)
+      : folder(where),
+        lock(locked(where)),
+        index(where / "tessera.db", settings.durable),
+        journal(where / "journal", settings.durable, settings.segment_bytes) {}
+
+  void check_segments() const {
+    const auto present = journal.segments();
+    for (const auto& [segment, ends] : index.segments()) {
+      if (!present.contains(segment) || journal.size_of(segment) < ends) {
+        throw Error(ErrorKind::failed,
+                    fmt::format("{} is lacking or too short: {} bytes of results are indexed in it",
+                                journal.path_of(segment).string(), ends));
+      }
+    }
+  }
+  void remove_dead_segments() {
+    const auto needed = index.segments();
+    for (const std::uint64_t segment : journal.segments()) {
+      if (!needed.contains(segment)) journal.remove(segment);
+    }
+  }
+
+  std::filesystem::path folder;
+  DiskFile lock;
+  Index index;
+  Journal journal;
+  std::array<std::uint8_t, 16> key{};
+  std::uint64_t epoch = 0;
+};
+
+Store::Store(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Store::~Store() = default;
+
+std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
+                                   const StoreSettings& settings) {
+  auto state = std::make_unique<State>(folder, settings);
+  state->check_segments();
+  state->remove_dead_segments();
+  state->key = key_from(state->index.grant_key());
+  state->epoch = state->index.next_epoch();
+  if (settings.durable) {
+    sync_folder(folder);
+    sync_folder(folder / "journal");
+  }
+  return std::unique_ptr<Store>(new Store(std::move(state)));
+}
+
+const std::filesystem::path& Store::folder() const { return state_->folder; }
+std::uint64_t Store::epoch() const { return state_->epoch; }
+const std::array<std::uint8_t, 16>& Store::grant_key() const { return state_->key; }
+
+JobId Store::put_job(const JobRecord& record) { return state_->index.put_job(record); }
+void Store::update_job(const JobRecord& record) { state_->index.update_job(record); }
+std::vector<JobRecord> Store::list_jobs() const { return state_->index.list_jobs(); }
+
+std::vector<ResultPlace> Store::append_results(std::span<const NewResult> batch) {
+  if (batch.empty()) return {};
+  std::vector<ResultPlace> places = state_->journal.append(batch);
+  try {
+    state_->index.add_results(batch, places);
+  } catch (const DatabaseError& error) {
+    // Where the commit itself may have reached the disk, what it names must stay as it is.
+    if (error.disk_full()) {
+      state_->journal.undo();
+    } else {
+      state_->journal.seal();
+    }
+    throw;
+  }
+  return places;
+}
+
+void Store::results_of(JobId job, const std::function<void(const IndexedResult&)>& visit) const {
+  state_->index.results_of(job, std::nullopt, visit);
+}
+
+void Store::results_of(JobId job, std::int32_t frame,
+                       const std::function<void(const IndexedResult&)>& visit) const {
+  state_->index.results_of(job, frame, visit);
+}
+
+StoredResult Store::read_result(const ResultPlace& place) const {
+  return state_->journal.read(place);
+}
+
+void Store::end_job(JobId job) {
+  state_->index.forget_results(job);
+  state_->remove_dead_segments();
+}
+
+std::uint64_t Store::journal_bytes() const { return state_->journal.bytes(); }
+
+}  // namespace tessera::server
