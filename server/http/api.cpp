@@ -60,9 +60,14 @@ void check_query(const Route& route, const Target& target) {
       throw Error(ErrorKind::bad_input, unknown_name("query parameter", key, known), {.key = key});
 }
 
+/// The path alone: a query may hold a token.
+std::string_view loggable(const HttpRequest& request) {
+  return std::string_view(request.target).substr(0, request.target.find('?'));
+}
+
 /// A mistake of ours: the log has what happened, the peer only that it did.
 HttpResponse mistake(const HttpRequest& request, std::string_view what) {
-  log::error("{} {}: {}", request.method, request.target, what);
+  log::error("{} {}: {}", request.method, loggable(request), what);
   return problem(500, "the server met an error of its own; its log says which");
 }
 
@@ -90,7 +95,7 @@ boost::asio::awaitable<HttpResponse> Api::handle(HttpRequest& request) {
   } catch (const Error& error) {
     response = problem_of(error);
     if (response.status == 500)
-      log::error("{} {}: {}", request.method, request.target, error.what());
+      log::error("{} {}: {}", request.method, loggable(request), error.what());
   } catch (const boost::system::system_error& error) {
     if (error.code() == boost::asio::error::operation_aborted) throw;  // the listener stops
     response = mistake(request, error.what());

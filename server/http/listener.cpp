@@ -14,6 +14,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
+#include "common/net/address.hpp"
 #include "server/http/connection.hpp"
 #include "server/http/response_writer.hpp"
 
@@ -68,9 +69,9 @@ class OpenHttpListener : public HttpListener {
       acceptor_.listen();
       port_ = acceptor_.local_endpoint().port();
     } catch (const boost::system::system_error& error) {
-      throw Error(ErrorKind::failed,
-                  fmt::format("cannot listen for HTTP on {}, port {}: {}", settings_.address,
-                              settings_.port, error.code().message()));
+      const net::Address address{settings_.address, settings_.port};
+      throw Error(ErrorKind::failed, fmt::format("cannot listen for HTTP on {}: {}", address.text(),
+                                                 error.code().message()));
     }
   }
 

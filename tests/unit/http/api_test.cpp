@@ -1,0 +1,279 @@
+#include "server/http/api.hpp"
+
+#include "api_fixture.hpp"
+#include "common/base/limits.hpp"
+
+namespace tessera::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string bundle(64, 'a');
+
+std::string spec_text(const std::string& name, const std::string& more = {}) {
+  return R"({"name":")" + name + R"(","bundle":")" + bundle +
+         R"(","render":{"width":32,"height":16})" + more + "}";
+}
+
+TEST_F(ApiTest, ASubmittedJobIsCreatedAndShown) {
+  const HttpResponse response = ask("POST", "/v1/jobs", spec_text("cornell"));
+  EXPECT_EQ(response.status, 201U);
+  EXPECT_EQ(response.field("Location"), "/v1/jobs/1");
+  EXPECT_THAT(coordinator.calls, ElementsAre("submit cornell"));
+  const Json job = json(response);
+  EXPECT_EQ(job["id"], 1);
+  EXPECT_EQ(job["state"], "queued");
+  EXPECT_EQ(job["spec"]["bundle"], bundle);
+}
+
+TEST_F(ApiTest, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestName) {
+  const HttpResponse response = ask("POST", "/v1/jobs", spec_text("cornell", R"(,"prority":3)"));
+  EXPECT_EQ(response.status, 400U);
+  EXPECT_EQ(response.field("Content-Type"), "application/problem+json");
+  const Json problem = json(response);
+  EXPECT_EQ(problem["title"], "Bad Request");
+  EXPECT_EQ(problem["status"], 400);
+  EXPECT_EQ(problem["place"]["key"], "prority");
+  EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("\"priority\""));
+  EXPECT_THAT(coordinator.calls, IsEmpty());
+}
+
+TEST_F(ApiTest, ADoubledKeyIsRefusedWithLineAndColumn) {
+  const Json problem = json(ask("POST", "/v1/jobs", "{\"name\": \"a\",\n \"name\": \"b\"}"));
+  EXPECT_EQ(problem["status"], 400);
+  EXPECT_EQ(problem["place"]["line"], 2);
+  EXPECT_GT(problem["place"]["column"], 1);
+  EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("twice"));
+}
+
+TEST_F(ApiTest, BodiesThatAreNoGoodAreRefused) {
+  EXPECT_EQ(ask("POST", "/v1/jobs", "").status, 400U);
+  EXPECT_EQ(ask("POST", "/v1/jobs", "{").status, 400U);
+  EXPECT_EQ(ask("POST", "/v1/jobs", std::string(200'000, '[')).status, 400U);
+  EXPECT_EQ(ask("POST", "/v1/jobs", std::string(limits::http_json_body + 1, ' ')).status, 413U);
+  EXPECT_THAT(coordinator.calls, IsEmpty());
+}
+
+TEST_F(ApiTest, ABodyThatIsSaidToBeTooLargeIsNotRead) {
+  TextBody body(std::string(limits::http_json_body + 1, ' '));
+  EXPECT_EQ(ask_with("POST", "/v1/jobs", body).status, 413U);
+  EXPECT_EQ(body.bytes_read(), 0U);
+}
+
+TEST_F(ApiTest, AFilmTooLargeIsRefusedByItsKey) {
+  const std::string huge = R"({"name":"x","bundle":")" + bundle +
+                           R"(","render":{"width":1000000,"height":1000000,"samples":1000000000}})";
+  const Json problem = json(ask("POST", "/v1/jobs", huge));
+  EXPECT_EQ(problem["status"], 400);
+  EXPECT_EQ(problem["place"]["key"], "render.width");
+}
+
+TEST_F(ApiTest, AConflictOfTheCoordinatorsIs409) {
+  const HttpResponse response = ask("POST", "/v1/jobs", spec_text("lacking"));
+  EXPECT_EQ(response.status, 409U);
+  EXPECT_EQ(json(response)["place"]["key"], "bundle");
+}
+
+TEST_F(ApiTest, AMistakeOfOursIs500AndTellsNothing) {
+  const HttpResponse response = ask("POST", "/v1/jobs", spec_text("broken"));
+  EXPECT_EQ(response.status, 500U);
+  EXPECT_EQ(text(response).find("secret"), std::string::npos);
+}
+
+TEST_F(ApiTest, JobsAreListedAndAnUnknownOneIs404) {
+  coordinator.add(1);
+  coordinator.add(2, "done");
+  const Json jobs = json(ask("GET", "/v1/jobs"))["jobs"];
+  ASSERT_EQ(jobs.size(), 2U);
+  EXPECT_EQ(jobs[1]["state"], "done");
+  EXPECT_EQ(ask("GET", "/v1/jobs/3").status, 404U);
+  EXPECT_EQ(ask("GET", "/v1/jobs/one").status, 404U);
+  const Json pictures = json(ask("GET", "/v1/jobs/1"))["pictures"];
+  EXPECT_EQ(pictures, Json::parse(R"([{"frame":1,"version":7}])"));
+}
+
+TEST_F(ApiTest, AJobIsPausedResumedAndGivenAPriority) {
+  coordinator.add(1);
+  EXPECT_EQ(json(ask("PATCH", "/v1/jobs/1", R"({"state":"paused","priority":-5})"))["state"],
+            "paused");
+  EXPECT_THAT(coordinator.calls, ElementsAre("priority -5", "paused"));
+  EXPECT_EQ(ask("PATCH", "/v1/jobs/1", R"({"state":"paused"})").status, 200U);
+  EXPECT_EQ(coordinator.calls.size(), 2U) << "paused already";
+  const Json job = json(ask("PATCH", "/v1/jobs/1", R"({"state":"rendering"})"));
+  EXPECT_EQ(job["state"], "rendering");
+  EXPECT_EQ(job["priority"], -5);
+}
+
+TEST_F(ApiTest, AChangeThatIsWrongInOnePartChangesNothing) {
+  coordinator.add(1);
+  for (const char* body : {R"({"priority":5,"state":"done"})", R"({"priority":5,"samples":9})",
+                           R"({"priority":101})", "{}", "[]"})
+    EXPECT_EQ(ask("PATCH", "/v1/jobs/1", body).status, 400U) << body;
+  EXPECT_THAT(coordinator.calls, IsEmpty());
+}
+
+TEST_F(ApiTest, AJobIsCancelledOnceItIsDoneItCannotBe) {
+  coordinator.add(1);
+  coordinator.add(2, "done");
+  EXPECT_EQ(json(ask("DELETE", "/v1/jobs/1"))["state"], "cancelled");
+  EXPECT_EQ(ask("DELETE", "/v1/jobs/2").status, 409U);
+  EXPECT_EQ(ask("DELETE", "/v1/jobs/9").status, 404U);
+}
+
+TEST_F(ApiTest, PicturesComeWithTheirVersionAndAreNotSentTwice) {
+  coordinator.add(1);
+  const HttpResponse first = ask("GET", "/v1/jobs/1/frames/1/image.exr");
+  EXPECT_EQ(first.status, 200U);
+  EXPECT_EQ(text(first), "exr of 1 frame 1");
+  EXPECT_EQ(first.field("Content-Type"), "image/x-exr");
+  EXPECT_EQ(first.field("Tessera-Version"), "7");
+  const std::string etag(first.field("ETag").value_or(""));
+  const HttpResponse again =
+      ask("GET", "/v1/jobs/1/frames/1/image.exr", {}, {{"if-none-match", "\"x\", W/" + etag}});
+  EXPECT_EQ(again.status, 304U);
+  EXPECT_EQ(again.field("ETag"), etag);
+  EXPECT_EQ(coordinator.calls.size(), 1U) << "nothing was encoded for the second";
+  coordinator.present_version = 8;
+  EXPECT_EQ(ask("GET", "/v1/jobs/1/frames/1/image.exr", {}, {{"if-none-match", etag}}).status,
+            200U);
+}
+
+TEST_F(ApiTest, ExposureAndSinceAreReadAndWrongOnesRefused) {
+  coordinator.add(1);
+  EXPECT_EQ(text(ask("GET", "/v1/jobs/1/frames/1/image.png?exposure=-1.5")),
+            "png of 1 frame 1 -1.500000");
+  EXPECT_EQ(text(ask("GET", "/v1/jobs/1/frames/1/tiles?since=12")), "tiles of 1 frame 1 since 12");
+  for (const char* query :
+       {"image.png?exposure=bright", "image.png?exposure=nan", "image.png?exposure=1000",
+        "image.png?exposre=1", "image.exr?exposure=1", "tiles?since=-1", "tiles?since=1x"})
+    EXPECT_EQ(ask("GET", std::string("/v1/jobs/1/frames/1/") + query).status, 400U) << query;
+}
+
+TEST_F(ApiTest, AFrameThatTheJobDoesNotHaveIs404) {
+  coordinator.add(1);
+  for (const char* frame : {"2", "0", "-1", "x", "1x", "99999999999"})
+    EXPECT_EQ(ask("GET", std::string("/v1/jobs/1/frames/") + frame + "/image.png").status, 404U)
+        << frame;
+}
+
+TEST_F(ApiTest, WorkersAreListedWithoutTheirIdentityAndDrained) {
+  WorkerView worker;
+  worker.id = 4;
+  worker.info.name = "node-4";
+  worker.info.identity = "abcdef";
+  worker.info.threads = 8;
+  worker.state = "rendering";
+  coordinator.connected.push_back(worker);
+  const HttpResponse list = ask("GET", "/v1/workers");
+  EXPECT_EQ(json(list)["workers"][0]["name"], "node-4");
+  EXPECT_EQ(text(list).find("abcdef"), std::string::npos);
+  EXPECT_EQ(json(ask("PATCH", "/v1/workers/4", R"({"state":"draining"})"))["state"], "draining");
+  EXPECT_THAT(coordinator.calls, ElementsAre("drain 4"));
+  EXPECT_EQ(ask("PATCH", "/v1/workers/4", R"({"state":"idle"})").status, 400U);
+  EXPECT_EQ(ask("PATCH", "/v1/workers/5", R"({"state":"draining"})").status, 404U);
+}
+
+TEST_F(ApiTest, APathThatIsNotThereIs404AndAMethodThatIsNot405) {
+  EXPECT_EQ(ask("GET", "/v2/jobs").status, 404U);
+  const HttpResponse response = ask("PUT", "/v1/jobs");
+  EXPECT_EQ(response.status, 405U);
+  EXPECT_EQ(response.field("Allow"), "POST, GET, HEAD");
+}
+
+TEST_F(ApiTest, AForeignOriginOrHostReachesNoHandler) {
+  coordinator.add(1);
+  const HttpFields foreign = {{"origin", "https://evil.example"}};
+  EXPECT_EQ(ask("DELETE", "/v1/jobs/1", {}, foreign).status, 403U);
+  EXPECT_EQ(ask("GET", "/v1/jobs", {}, foreign).status, 403U);
+  EXPECT_EQ(ask("POST", "/v1/jobs", spec_text("x"), {{"host", "evil.example:8420"}}).status, 421U);
+  EXPECT_THAT(coordinator.calls, IsEmpty());
+}
+
+TEST_F(ApiTest, TheProbesAndTheDescriptionAnswer) {
+  EXPECT_EQ(json(ask("GET", "/healthz"))["status"], "ok");
+  EXPECT_EQ(json(ask("GET", "/readyz"))["epoch"], 3);
+  EXPECT_TRUE(json(ask("GET", "/openapi.json"))["paths"].contains("/v1/jobs/{id}"));
+}
+
+TEST_F(ApiTest, MetricsCountJobsByStateAndTheRequestsSoFar) {
+  coordinator.add(1);
+  coordinator.add(2);
+  coordinator.add(3, "failed");
+  const HttpResponse response = ask("GET", "/metrics");
+  const std::string body = text(response);
+  EXPECT_THAT(std::string(response.field("Content-Type").value_or("")), HasSubstr("version=0.0.4"));
+  EXPECT_THAT(body, HasSubstr("tessera_jobs{state=\"rendering\"} 2\n"));
+  EXPECT_THAT(body, HasSubstr("tessera_jobs{state=\"failed\"} 1\n"));
+  EXPECT_THAT(body, HasSubstr("tessera_http_requests_total 1\n"));
+  EXPECT_THAT(body, HasSubstr("\ntessera_process_cpu_seconds_total "));
+}
+
+TEST_F(ApiTest, ThePageComesWithAPolicyThatLetsNothingElseIn) {
+  const HttpResponse page = ask("GET", "/");
+  EXPECT_EQ(page.status, 200U);
+  EXPECT_EQ(page.field("Content-Type"), "text/html; charset=utf-8");
+  EXPECT_THAT(std::string(page.field("Content-Security-Policy").value_or("")),
+              HasSubstr("default-src 'none'"));
+  EXPECT_THAT(text(page), HasSubstr("<title>Tessera"));
+  EXPECT_EQ(
+      ask("GET", "/", {}, {{"if-none-match", std::string(page.field("ETag").value_or(""))}}).status,
+      304U);
+  EXPECT_EQ(ask("GET", "/web/app.js").field("Content-Type"), "text/javascript; charset=utf-8");
+  EXPECT_EQ(ask("GET", "/web/nothing.js").status, 404U);
+  EXPECT_EQ(ask("GET", "/web/..%2f..%2fetc%2fpasswd").status, 404U);
+}
+
+class GuardedApiTest : public ApiTest {
+ protected:
+  GuardedApiTest() {
+    ApiSettings settings = loopback();
+    settings.access.token = "sesame";
+    settings.access.blob_token = "reader";
+    guarded = std::make_unique<Api>(coordinator, blobs, files, settings);
+  }
+  HttpResponse ask_guarded(const std::string& method, const std::string& target,
+                           HttpFields fields = {}) {
+    TextBody body("{}");
+    HttpRequest request;
+    request.method = method;
+    request.target = target;
+    request.fields = std::move(fields);
+    request.fields.emplace_back("host", "localhost:8420");
+    request.body = &body;
+    return finish(context, guarded->handle(request));
+  }
+  std::unique_ptr<Api> guarded;
+};
+
+TEST_F(GuardedApiTest, EveryRouteAsksForTheToken) {
+  for (const char* target :
+       {"/v1/jobs", "/metrics", "/healthz", "/openapi.json", "/web/app.js", "/nowhere", "/"})
+    EXPECT_EQ(ask_guarded("GET", target).status, 401U) << target;
+  EXPECT_EQ(ask_guarded("GET", "/v1/jobs", {{"authorization", "Bearer sesame"}}).status, 200U);
+}
+
+TEST_F(GuardedApiTest, TheBlobTokenReadsBlobsAlone) {
+  const HttpFields reader = {{"authorization", "Bearer reader"}};
+  EXPECT_EQ(ask_guarded("GET", "/v1/blobs/" + bundle, reader).status, 404U)
+      << "let in, and not there";
+  EXPECT_EQ(ask_guarded("PUT", "/v1/blobs/" + bundle, reader).status, 403U);
+  EXPECT_EQ(ask_guarded("GET", "/v1/jobs", reader).status, 403U);
+}
+
+TEST_F(GuardedApiTest, ThePageIsOpenedByItsTokenOnce) {
+  const HttpResponse asked = ask_guarded("GET", "/");
+  EXPECT_EQ(asked.status, 401U);
+  EXPECT_THAT(text(asked), HasSubstr("name=\"token\""));
+  EXPECT_EQ(ask_guarded("GET", "/?token=wrong").status, 401U);
+  const HttpResponse entry = ask_guarded("GET", "/?token=sesame");
+  EXPECT_EQ(entry.status, 303U);
+  const std::string cookie(entry.field("Set-Cookie").value_or(""));
+  EXPECT_EQ(ask_guarded("GET", "/", {{"cookie", cookie.substr(0, cookie.find(';'))}}).status, 200U);
+  EXPECT_EQ(ask_guarded("GET", "/v1/jobs?token=sesame").status, 401U)
+      << "a token in an URL opens the page alone";
+}
+
+}  // namespace
+}  // namespace tessera::server

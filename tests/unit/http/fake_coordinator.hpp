@@ -1,0 +1,169 @@
+#pragma once
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "server/coordinator/coordinator.hpp"
+
+/// A coordinator of which tests see every call and set every answer. Pictures are short texts that
+/// say what was asked.
+namespace tessera::server {
+
+class FakeCoordinator : public Coordinator {
+ public:
+  std::map<JobId, JobStatus> known;
+  std::vector<WorkerView> connected;
+  std::vector<std::string> calls;
+  std::uint64_t present_version = 7;
+  std::size_t picture_bytes = 0;  ///< 0: the short text alone
+
+  static JobSpec spec(const std::string& name = "cornell") {
+    JobSpec out;
+    out.name = name;
+    out.render.width = 32;
+    out.render.height = 16;
+    out.render.samples = 4;
+    out.tile = 16;
+    return out;
+  }
+
+  JobStatus& add(JobId id, const std::string& state = "rendering", const JobSpec& of = spec()) {
+    JobStatus status;
+    status.plan = std::make_shared<const JobPlan>(of);
+    status.view.id = id;
+    status.view.state = state;
+    status.view.tasks = status.plan->tasks();
+    status.created = 1'700'000'000'000;
+    return known[id] = status;
+  }
+
+  static Event event(std::uint64_t number, const std::string& type, JobId job,
+                     const std::string& data) {
+    Event out;
+    out.number = number;
+    out.type = type;
+    out.job = job;
+    out.data = data;
+    return out;
+  }
+
+  /// Events that every new subscription finds waiting; after them nothing comes.
+  std::deque<Event> events;
+  bool stopped = false;
+
+  boost::asio::awaitable<JobId> submit(JobSpec job) override {
+    calls.push_back("submit " + job.name);
+    if (job.name == "lacking")
+      throw Error(ErrorKind::conflict, "the bundle is not in the blob store", {.key = "bundle"});
+    if (job.name == "broken") throw std::runtime_error("a secret of the server's");
+    const JobId id = known.size() + 1;
+    add(id, "queued", job);
+    co_return id;
+  }
+  [[nodiscard]] std::vector<JobStatus> jobs() const override {
+    std::vector<JobStatus> out;
+    for (const auto& [id, status] : known) out.push_back(status);
+    return out;
+  }
+  [[nodiscard]] std::optional<JobStatus> job(JobId id) const override {
+    const auto found = known.find(id);
+    if (found == known.end()) return std::nullopt;
+    return found->second;
+  }
+  boost::asio::awaitable<void> cancel(JobId id) override { co_return change(id, "cancelled"); }
+  boost::asio::awaitable<void> pause(JobId id) override { co_return change(id, "paused"); }
+  boost::asio::awaitable<void> resume(JobId id) override { co_return change(id, "rendering"); }
+  boost::asio::awaitable<void> set_priority(JobId id, int priority) override {
+    calls.push_back("priority " + std::to_string(priority));
+    JobSpec changed = known.at(id).plan->spec;
+    changed.priority = priority;
+    known.at(id).plan = std::make_shared<const JobPlan>(changed);
+    co_return;
+  }
+
+  boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) override {
+    co_return picture("exr", id, frame, "");
+  }
+  boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame, double stops) override {
+    co_return picture("png", id, frame, " " + std::to_string(stops));
+  }
+  boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame,
+                                        std::uint64_t since) override {
+    co_return picture("tiles", id, frame, " since " + std::to_string(since));
+  }
+  [[nodiscard]] std::optional<std::uint64_t> version(JobId id, std::int32_t) const override {
+    if (known.count(id) == 0) return std::nullopt;
+    return present_version;
+  }
+
+  std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) override {
+    calls.push_back(job ? "subscribe " + std::to_string(*job) : "subscribe all");
+    return std::make_unique<FakeSubscription>(*this);
+  }
+
+  [[nodiscard]] std::vector<WorkerView> workers() const override { return connected; }
+  void drain_worker(WorkerId worker) override {
+    calls.push_back("drain " + std::to_string(worker));
+  }
+  [[nodiscard]] std::uint64_t epoch() const override { return 3; }
+
+  WorkerId worker_joined(const WorkerInfo&, std::shared_ptr<WorkerLink>) override { return 0; }
+  void worker_heard(WorkerId) override {}
+  void worker_said(WorkerId, wire::Message) override {}
+  void worker_result(WorkerId, wire::Result, std::vector<std::byte>) override {}
+  void worker_left(WorkerId, bool) override {}
+  boost::asio::awaitable<void> stop() override { co_return; }
+
+ private:
+  class FakeSubscription : public Subscription {
+   public:
+    explicit FakeSubscription(FakeCoordinator& from) : from_(from), waiting_(from.events) {}
+    boost::asio::awaitable<std::optional<Event>> next(Duration wait) override {
+      if (!waiting_.empty()) {
+        Event first = waiting_.front();
+        waiting_.pop_front();
+        co_return first;
+      }
+      if (from_.stopped) co_return std::nullopt;
+      boost::asio::steady_timer timer(co_await boost::asio::this_coro::executor, wait);
+      boost::system::error_code error;
+      co_await timer.async_wait(boost::asio::redirect_error(boost::asio::use_awaitable, error));
+      co_return std::nullopt;
+    }
+
+   private:
+    FakeCoordinator& from_;
+    std::deque<Event> waiting_;
+  };
+
+  void change(JobId id, const std::string& state) {
+    calls.push_back(state);
+    if (known.at(id).view.state == "done") throw Error(ErrorKind::conflict, "the job is done");
+    known.at(id).view.state = state;
+  }
+
+  Picture picture(const std::string& what, JobId id, std::int32_t frame, const std::string& more) {
+    const std::string text =
+        what + " of " + std::to_string(id) + " frame " + std::to_string(frame) + more;
+    calls.push_back(text);
+    auto bytes = std::make_shared<std::vector<std::byte>>();
+    for (const char c : text) bytes->push_back(static_cast<std::byte>(c));
+    if (picture_bytes > 0) bytes->resize(picture_bytes);
+    Picture out;
+    out.version = present_version;
+    out.bytes = bytes;
+    return out;
+  }
+};
+
+}  // namespace tessera::server
