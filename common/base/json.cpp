@@ -43,7 +43,7 @@ class Checker : public nlohmann::json_sax<Json> {
   }
   bool key(string_t& name) override {
     if (keys_.back().insert(name).second) return true;
-    problem = fmt::format("the key \"{}\" stands twice in one object", name.substr(0, 64));
+    problem = fmt::format("the key \"{}\" stands twice in one object", excerpt(name));
     return false;
   }
   bool end_object() override {
@@ -59,8 +59,8 @@ class Checker : public nlohmann::json_sax<Json> {
   bool parse_error(std::size_t position, const std::string& token,
                    const nlohmann::detail::exception&) override {
     error_byte = position == 0 ? 0 : position - 1;
-    problem = token.empty() ? "not valid JSON"
-                            : fmt::format("not valid JSON at \"{}\"", token.substr(0, 64));
+    problem =
+        token.empty() ? "not valid JSON" : fmt::format("not valid JSON at \"{}\"", excerpt(token));
     return false;
   }
 
@@ -73,6 +73,13 @@ class Checker : public nlohmann::json_sax<Json> {
   int depth_ = 0;
   std::vector<std::unordered_set<std::string>> keys_;
 };
+
+/// A value as a message shows it; a container by its type alone, for it may be as long as the
+/// document.
+std::string shown(const Json& value) {
+  constexpr std::size_t most = 40;
+  return value.is_primitive() ? excerpt(value.dump(), most) : value.type_name();
+}
 
 /// Tells how far the parser has read, so that an error that is not the grammar's has a place too.
 class CountingIterator {
@@ -170,12 +177,11 @@ std::int64_t ObjectReader::integer(std::string_view key, std::int64_t low, std::
   const auto expected = [&] {
     return fmt::format("expected a whole number from {} to {}", low, high);
   };
-  if (!value.is_number_integer())
-    fail(key, fmt::format("{}, found {}", expected(), value.dump().substr(0, 40)));
+  if (!value.is_number_integer()) fail(key, fmt::format("{}, found {}", expected(), shown(value)));
   const bool beyond = value.is_number_unsigned() &&
                       value.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX);
   if (beyond || value.get<std::int64_t>() < low || value.get<std::int64_t>() > high)
-    fail(key, fmt::format("{}, found {}", expected(), value.dump()));
+    fail(key, fmt::format("{}, found {}", expected(), shown(value)));
   return value.get<std::int64_t>();
 }
 
@@ -189,7 +195,7 @@ double ObjectReader::number(std::string_view key, double low, double high) {
   if (!value.is_number()) fail(key, fmt::format("expected a number, found {}", value.type_name()));
   const double number = value.get<double>();
   if (!std::isfinite(number) || number < low || number > high)
-    fail(key, fmt::format("expected a number from {} to {}, found {}", low, high, value.dump()));
+    fail(key, fmt::format("expected a number from {} to {}, found {}", low, high, shown(value)));
   return number;
 }
 
@@ -201,7 +207,8 @@ void ObjectReader::finish() const {
   for (const auto& [key, value] : json_.items()) {
     if (std::find(asked_.begin(), asked_.end(), key) != asked_.end()) continue;
     const std::vector<std::string_view> known(asked_.begin(), asked_.end());
-    throw Error(ErrorKind::bad_input, unknown_name("key", key, known), {.key = path_of(key)});
+    throw Error(ErrorKind::bad_input, unknown_name("key", key, known),
+                {.key = path_of(excerpt(key))});
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <initializer_list>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +15,14 @@ std::string nearest_name(std::string_view name, const std::vector<std::string_vi
 /// in a table.
 std::string unknown_name(std::string_view kind, std::string_view name,
                          const std::vector<std::string_view>& candidates);
+
+/// True if `text` is well-formed UTF-8 (RFC 3629).
+bool is_utf8(std::string_view text);
+
+/// Something from outside as it can stand in a message: at most `most` bytes, cut between
+/// characters, what is not UTF-8 or a control character replaced by '?'. A message goes into JSON,
+/// which takes nothing else.
+std::string excerpt(std::string_view text, std::size_t most = 64);
 
 /// True if `name` can stand in paths, logs and metrics as it is: 1 to 128 bytes of UTF-8 without
 /// control characters.

@@ -13,6 +13,9 @@ namespace tessera {
 
 namespace {
 
+/// Frame numbers, either way.
+constexpr std::int64_t frame_most = 1'000'000;
+
 [[noreturn]] void bad(const char* key, const std::string& message) {
   throw Error(ErrorKind::bad_input, message, {.key = key});
 }
@@ -57,10 +60,10 @@ RenderSettings render_from(const Json& json, const std::string& path) {
 FrameRange frames_from(const Json& json, const std::string& path) {
   FrameRange frames;
   ObjectReader in(json, path);
-  constexpr std::int64_t most = 1'000'000;
-  frames.first = static_cast<std::int32_t>(in.integer("first", -most, most));
-  frames.last = static_cast<std::int32_t>(in.integer_or("last", frames.first, most, frames.first));
-  frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, most, 1));
+  frames.first = static_cast<std::int32_t>(in.integer("first", -frame_most, frame_most));
+  frames.last =
+      static_cast<std::int32_t>(in.integer_or("last", frames.first, frame_most, frames.first));
+  frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, frame_most, 1));
   in.finish();
   return frames;
 }
@@ -70,7 +73,8 @@ FrameRange frames_from(const Json& json, const std::string& path) {
 void check(const JobSpec& spec) {
   if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
   within("priority", spec.priority, -100, 100);
-  if (spec.camera.size() > 256) bad("camera", "expected at most 256 bytes");
+  if (spec.camera.size() > 256 || !is_utf8(spec.camera))
+    bad("camera", "expected at most 256 bytes of UTF-8");
   const RenderSettings& render = spec.render;
   within("render.width", render.width, 1, limits::film_side_max);
   within("render.height", render.height, 1, limits::film_side_max);
@@ -88,6 +92,11 @@ void check(const JobSpec& spec) {
     if (!is_plain_name(*name)) bad(key, "expected 1 to 128 bytes without control characters");
   if (!(render.filter_width >= 0 && render.filter_width <= 64))
     bad("render.filter_width", "expected a number from 0 to 64");
+  if (render.seed > static_cast<std::uint64_t>(INT64_MAX))
+    bad("render.seed",
+        fmt::format("expected a whole number from 0 to {}, found {}", INT64_MAX, render.seed));
+  within("frames.first", spec.frames.first, -frame_most, frame_most);
+  within("frames.last", spec.frames.last, -frame_most, frame_most);
   if (spec.frames.last < spec.frames.first || spec.frames.step < 1)
     bad("frames", "expected first ≤ last and step ≥ 1");
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);

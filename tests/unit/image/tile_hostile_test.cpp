@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <random>
 #include <string>
@@ -25,6 +25,8 @@ std::string refusal(const Bytes& exr, const TileExpectation& expected) {
   try {
     const TileImage tile = decode_tile(exr, expected);
     EXPECT_EQ(tile.values.size(), tile.channels() * tile.pixels());
+    EXPECT_TRUE(std::ranges::all_of(tile.values, [](float value) { return std::isfinite(value); }));
+    EXPECT_TRUE(std::ranges::all_of(tile.plane(M2_R), [](float value) { return value >= 0; }));
     return {};
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
