@@ -1,0 +1,201 @@
+// What a kill, a bad disk, a full disk and another program's files do to a data folder.
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "server/store/database.hpp"
+#include "tests/unit/store/store_fixture.hpp"
+
+namespace tessera::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string contents(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+void overwrite(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+TEST_F(StoreTest, ATailThatWasNeverIndexedChangesNothingWhereverItIsCut) {
+  JobId job = 0;
+  std::string record;
+  {
+    const auto store = open();
+    job = store->put_job(job_record());
+    append(*store, job, {1, 0, 0});
+    const ResultPlace place = append(*store, job, {1, 1, 0});
+    record = contents(segments().at(0)).substr(place.offset, place.length);
+  }
+  const auto file = segments().at(0);
+  const std::string whole = contents(file);
+  for (std::size_t cut = 0; cut <= record.size(); ++cut) {
+    overwrite(file, whole + record.substr(0, cut));
+    const auto store = open();
+    expect_readable(*store, job, 2);
+  }
+  const auto store = open();
+  append(*store, job, {1, 2, 0});
+  expect_readable(*store, job, 3);
+}
+
+TEST_F(StoreTest, ASegmentThatWasCutBelowWhatIsIndexedIsSaidAtTheOpen) {
+  JobId job = 0;
+  {
+    const auto store = open();
+    job = store->put_job(job_record());
+    append(*store, job, {1, 0, 0});
+  }
+  const auto file = segments().at(0);
+  const std::string whole = contents(file);
+  for (const std::size_t left : {std::size_t{0}, whole.size() / 2, whole.size() - 1}) {
+    overwrite(file, whole.substr(0, left));
+    const Error error = error_of([&] { static_cast<void>(open()); });
+    EXPECT_EQ(error.kind(), ErrorKind::failed);
+    EXPECT_THAT(error.what(), HasSubstr(file.string()));
+  }
+  std::filesystem::remove(file);
+  EXPECT_THAT(error_of([&] { static_cast<void>(open()); }).what(), HasSubstr(file.string()));
+  overwrite(file, whole);
+  expect_readable(*open(), job, 1);
+}
+
+TEST_F(StoreTest, EveryFlippedBitOfARecordIsFound) {
+  const auto store = open();
+  const JobId job = store->put_job(job_record());
+  const ResultPlace place = append(*store, job, {1, 0, 0}, 40);
+  const auto file = segments().at(0);
+  const std::string whole = contents(file);
+  std::fstream in_place(file, std::ios::in | std::ios::out | std::ios::binary);
+  const auto put = [&](std::size_t at, int byte) {
+    in_place.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(byte)).flush();
+  };
+  for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+    put(bit / 8, whole[bit / 8] ^ (1 << (bit % 8)));
+    const Error error = error_of([&] { static_cast<void>(store->read_result(place)); });
+    EXPECT_EQ(error.kind(), ErrorKind::failed) << bit;
+    EXPECT_THAT(error.what(), HasSubstr(file.string()));
+    put(bit / 8, whole[bit / 8]);
+  }
+  expect_readable(*store, job, 1);
+}
+
+TEST_F(StoreTest, APlaceThatIsNoneIsAnErrorWithoutAllocatingWhatItSays) {
+  const auto store = open();
+  const JobId job = store->put_job(job_record());
+  ResultPlace place = append(*store, job, {1, 0, 0});
+  place.length = ~std::uint64_t{0} >> 1;
+  EXPECT_EQ(error_of([&] { static_cast<void>(store->read_result(place)); }).kind(),
+            ErrorKind::failed);
+  place.length = 3;
+  EXPECT_EQ(error_of([&] { static_cast<void>(store->read_result(place)); }).kind(),
+            ErrorKind::failed);
+  place.segment = 77;
+  EXPECT_EQ(error_of([&] { static_cast<void>(store->read_result(place)); }).kind(),
+            ErrorKind::failed);
+}
+
+TEST_F(StoreTest, ANewerSchemaIsRefusedAndLeftAsItIs) {
+  open().reset();
+  Database(folder_ / "tessera.db", Database::Mode::read_write).execute("PRAGMA user_version = 99");
+  const Error error = error_of([&] { static_cast<void>(open()); });
+  EXPECT_EQ(error.kind(), ErrorKind::conflict);
+  EXPECT_THAT(error.what(), HasSubstr("newer"));
+  EXPECT_THAT(error.what(), HasSubstr("99"));
+  Database database(folder_ / "tessera.db", Database::Mode::read_write);
+  EXPECT_EQ(database.integer("PRAGMA user_version"), 99);
+  EXPECT_EQ(database.integer("SELECT value FROM meta WHERE key = 'epoch'"), 1);
+}
+
+TEST_F(StoreTest, AnotherProgramsDatabaseIsRefused) {
+  std::filesystem::create_directories(folder_);
+  Database(folder_ / "tessera.db", Database::Mode::read_write).execute("CREATE TABLE songs(title)");
+  const Error error = error_of([&] { static_cast<void>(open()); });
+  EXPECT_EQ(error.kind(), ErrorKind::conflict);
+  EXPECT_THAT(error.what(), HasSubstr("another program"));
+}
+
+TEST_F(StoreTest, ADamagedDatabaseIsSaidByItsName) {
+  open().reset();
+  const auto file = folder_ / "tessera.db";
+  std::string bytes = contents(file);
+  bytes.replace(0, 64, std::string(64, 'x'));
+  overwrite(file, bytes);
+  const Error error = error_of([&] { static_cast<void>(open()); });
+  EXPECT_EQ(error.kind(), ErrorKind::failed);
+  EXPECT_THAT(error.what(), HasSubstr(file.string()));
+  EXPECT_THAT(error.what(), HasSubstr("damaged"));
+}
+
+TEST_F(StoreTest, AFolderThatCannotBeMadeIsSaidByItsName) {
+  for (const std::filesystem::path folder : {"/proc/tessera-test", "/dev/null/tessera-test"}) {
+    const Error error = error_of([&] { static_cast<void>(Store::open(folder)); });
+    EXPECT_EQ(error.kind(), ErrorKind::failed);
+    EXPECT_THAT(error.what(), HasSubstr(folder.string()));
+  }
+}
+
+/// No file may grow past the limit while this lives: what a full disk does, for any user.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t most) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{most, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    static_cast<void>(std::signal(SIGXFSZ, handler_));
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+/// With small records the database's log is the first to hit the limit, with large ones the
+/// journal.
+class FullDiskTest : public StoreTest, public ::testing::WithParamInterface<std::size_t> {};
+
+TEST_P(FullDiskTest, AFullDiskFailsTheAppendAndLosesNothingOfWhatWasKept) {
+  JobId job = 0;
+  std::size_t kept = 0;
+  int failed = 0;
+  {
+    const auto store = open();
+    job = store->put_job(job_record());
+    std::uint32_t tile = 0;
+    for (rlim_t limit = 1000; limit < 400'000; limit += limit / 7) {
+      {
+        const FullDisk full(limit);
+        try {
+          append(*store, job, {1, tile, 0}, GetParam());
+          ++kept;
+        } catch (const Error& error) {
+          EXPECT_EQ(error.kind(), ErrorKind::failed);
+          EXPECT_THAT(error.what(), HasSubstr(folder_.string()));
+          ++failed;
+        }
+      }
+      ++tile;
+      expect_readable(*store, job, kept);
+      append(*store, job, {1, tile++, 0}, GetParam());  // there is room again
+      ++kept;
+    }
+    expect_readable(*store, job, kept);
+  }
+  EXPECT_GT(failed, 3);
+  expect_readable(*open(), job, kept);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, FullDiskTest, ::testing::Values(10, 30'000), [](const auto& size) {
+  return size.param < 1000 ? "DatabaseFirst" : "JournalFirst";
+});
+
+}  // namespace
+}  // namespace tessera::server

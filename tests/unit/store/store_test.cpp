@@ -1,0 +1,168 @@
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/unit/store/store_fixture.hpp"
+
+namespace tessera::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(StoreTest, CountsItsOpensAndKeepsItsKey) {
+  std::array<std::uint8_t, 16> key{};
+  {
+    const auto store = open({});
+    EXPECT_EQ(store->epoch(), 1);
+    key = store->grant_key();
+    EXPECT_NE(key, (std::array<std::uint8_t, 16>{}));
+  }
+  const auto store = open({});
+  EXPECT_EQ(store->epoch(), 2);
+  EXPECT_EQ(store->grant_key(), key);
+}
+
+TEST_F(StoreTest, KeepsJobsWithAllTheirFields) {
+  JobRecord record = job_record();
+  {
+    const auto store = open();
+    EXPECT_EQ(store->put_job(record), 1);
+    EXPECT_EQ(store->put_job(record), 2);
+    record.id = 2;
+    record.state = "failed";
+    record.priority = -5;
+    record.started = 5;
+    record.finished = 6;
+    record.error = "the scene has no camera \"main\"\n";
+    record.render_seconds = 1.5;
+    record.rays = 1'000'000'000'000;
+    record.rejected_samples = 3;
+    record.shares = {{"näme with \"quotes\"", 10}, {"b", 4}};
+    store->update_job(record);
+  }
+  const auto jobs = open()->list_jobs();
+  ASSERT_EQ(jobs.size(), 2);
+  EXPECT_EQ(jobs[0].state, "queued");
+  EXPECT_EQ(jobs[1].id, 2);
+  EXPECT_EQ(jobs[1].spec, record.spec);
+  EXPECT_EQ(jobs[1].state, record.state);
+  EXPECT_EQ(jobs[1].priority, -5);
+  EXPECT_EQ(jobs[1].created, record.created);
+  EXPECT_EQ(jobs[1].started, 5);
+  EXPECT_EQ(jobs[1].finished, 6);
+  EXPECT_EQ(jobs[1].error, record.error);
+  EXPECT_EQ(jobs[1].render_seconds, 1.5);
+  EXPECT_EQ(jobs[1].rays, record.rays);
+  EXPECT_EQ(jobs[1].rejected_samples, 3);
+  EXPECT_EQ(jobs[1].shares, record.shares);
+}
+
+TEST_F(StoreTest, UpdatingAnUnknownJobIsAnError) {
+  const auto store = open();
+  JobRecord record = job_record();
+  record.id = 9;
+  EXPECT_EQ(error_of([&] { store->update_job(record); }).kind(), ErrorKind::not_found);
+}
+
+TEST_F(StoreTest, ResultsComeBackInTaskOrderAfterAReopen) {
+  JobId job = 0;
+  {
+    const auto store = open();
+    job = store->put_job(job_record());
+    append(*store, job, {2, 0, 0});
+    append(*store, job, {1, 1, 0}, 0);
+    append(*store, job, {1, 0, 1}, 70'000);
+    append(*store, job, {1, 0, 0});
+  }
+  const auto store = open();
+  append(*store, job, {-1, 5, 0});
+  std::vector<TaskId> tasks;
+  for (const IndexedResult& result : results(*store, job)) {
+    tasks.push_back(result.task);
+    EXPECT_EQ(result.identity, info_of(job, result.task).identity);
+    EXPECT_EQ(result.worker_name, "worker 1");
+    EXPECT_EQ(result.worker_build, digest_of("a build"));
+    EXPECT_EQ(result.samples, info_of(job, result.task).samples);
+    EXPECT_EQ(result.rays, 123456789012);
+    EXPECT_EQ(result.rejected, 2);
+    EXPECT_EQ(result.seconds, 0.125);
+  }
+  EXPECT_EQ(tasks, (std::vector<TaskId>{{-1, 5, 0}, {1, 0, 0}, {1, 0, 1}, {1, 1, 0}, {2, 0, 0}}));
+  expect_readable(*store, job, 5);
+  int of_frame = 0;
+  store->results_of(
+      job, 1, [&](const IndexedResult& result) { of_frame += result.task.frame == 1 ? 1 : 100; });
+  EXPECT_EQ(of_frame, 3);
+}
+
+TEST_F(StoreTest, ASecondResultForATaskReplacesTheFirstInTheIndex) {
+  const auto store = open();
+  const JobId job = store->put_job(job_record());
+  append(*store, job, {1, 0, 0}, 10);
+  const ResultPlace second = append(*store, job, {1, 0, 0}, 20);
+  ASSERT_EQ(results(*store, job).size(), 1);
+  EXPECT_EQ(results(*store, job)[0].place, second);
+}
+
+TEST_F(StoreTest, SegmentsAreClosedBySizeAndDeletedWithTheirLastJob) {
+  const auto store = open({.durable = false, .segment_bytes = 4000});
+  const JobId one = store->put_job(job_record());
+  const JobId two = store->put_job(job_record());
+  for (std::uint32_t tile = 0; tile < 8; ++tile) append(*store, one, {1, tile, 0}, 1000);
+  append(*store, two, {1, 0, 0}, 1000);
+  for (std::uint32_t tile = 8; tile < 16; ++tile) append(*store, one, {1, tile, 0}, 1000);
+  const std::size_t before = segments().size();
+  EXPECT_GT(before, 4);
+  const std::uint64_t bytes = store->journal_bytes();
+  store->end_job(one);
+  EXPECT_TRUE(results(*store, one).empty());
+  expect_readable(*store, two, 1);
+  EXPECT_LE(segments().size(), 2);
+  EXPECT_LT(store->journal_bytes(), bytes / 2);
+  std::uint64_t on_disk = 0;
+  for (const auto& file : segments()) on_disk += std::filesystem::file_size(file);
+  EXPECT_EQ(store->journal_bytes(), on_disk);
+  store->end_job(two);
+  EXPECT_LE(segments().size(), 1);
+}
+
+TEST_F(StoreTest, ASecondCoordinatorIsRefusedByTheFoldersName) {
+  auto store = open();
+  const Error error = error_of([&] { static_cast<void>(open()); });
+  EXPECT_EQ(error.kind(), ErrorKind::conflict);
+  EXPECT_THAT(error.what(), HasSubstr(folder_.string()));
+  EXPECT_THAT(error.what(), HasSubstr(std::to_string(::getpid())));
+  store.reset();
+  EXPECT_EQ(open()->epoch(), 2);
+}
+
+TEST_F(StoreTest, ReadersOnOtherThreadsSeeWholeResultsWhileTheWriterWrites) {
+  const auto store = open();
+  const JobId job = store->put_job(job_record());
+  constexpr std::uint32_t tiles = 300;
+  std::vector<std::thread> readers;
+  std::atomic<bool> done{false};
+  std::atomic<std::size_t> seen{0};
+  for (int i = 0; i < 2; ++i) {
+    readers.emplace_back([&] {
+      while (!done) {
+        std::size_t count = 0;
+        for (const IndexedResult& result : results(*store, job)) {
+          EXPECT_EQ(store->read_result(result.place).exr, bytes_of(result.task, 500));
+          ++count;
+        }
+        seen = std::max<std::size_t>(seen, count);
+      }
+    });
+  }
+  for (std::uint32_t tile = 0; tile < tiles; ++tile) append(*store, job, {1, tile, 0}, 500);
+  done = true;
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_LE(seen, tiles);
+  expect_readable(*store, job, tiles);
+}
+
+}  // namespace
+}  // namespace tessera::server
