@@ -1,0 +1,44 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/job_options.hpp"
+#include "client/settings.hpp"
+#include "common/job/task.hpp"
+
+/// One function a command, each in the file of its name. They print what the command answers on
+/// standard output, progress and remarks on standard error, and give the exit code; what goes wrong
+/// is thrown.
+namespace tessera::client {
+
+struct RenderOptions {
+  JobOptions job;
+  std::filesystem::path output;
+  double exposure = 0;  ///< stops; PNG alone
+  int workers = 1;
+  int threads = 0;  ///< of each worker; 0: the machine's, divided among the workers
+};
+int render(const Settings& settings, const RenderOptions& options);
+
+int submit(const Settings& settings, const JobOptions& options);
+int watch(const Settings& settings, JobId job);
+int wait(const Settings& settings, JobId job);
+
+struct FetchOptions {
+  JobId job = 0;
+  std::filesystem::path output;
+  std::optional<std::int32_t> frame;  ///< else the job's first
+  double exposure = 0;                ///< stops; PNG alone
+};
+int fetch(const Settings& settings, const FetchOptions& options);
+
+int jobs(const Settings& settings);
+int workers(const Settings& settings);
+int cancel(const Settings& settings, const std::vector<JobId>& jobs);
+int pause(const Settings& settings, const std::vector<JobId>& jobs);
+int resume(const Settings& settings, const std::vector<JobId>& jobs);
+
+}  // namespace tessera::client

@@ -1,0 +1,46 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/child.hpp"
+
+namespace tessera::client {
+
+/// A coordinator and workers on this machine, for as long as this lives: on loopback, on ports that
+/// nobody else has, with data in a temporary folder. Nothing is left when it goes.
+class Farm {
+ public:
+  /// Starts the programs that lie beside this one, and waits for the coordinator. Throws
+  /// Error{failed} that says which did not come up and what it said.
+  Farm(int workers, int threads);
+  ~Farm();
+  Farm(const Farm&) = delete;
+  Farm& operator=(const Farm&) = delete;
+
+  /// The coordinator's HTTP port.
+  [[nodiscard]] const std::string& url() const { return url_; }
+  /// Throws Error{failed} if one of the programs has ended.
+  void check();
+
+ private:
+  std::filesystem::path folder_;
+  std::string url_;
+  std::vector<std::unique_ptr<Child>> children_;  ///< the coordinator first
+};
+
+/// Where the coordinator says that it listens.
+struct ServerAddresses {
+  std::string http;    ///< host:port
+  std::string listen;  ///< host:port, for workers
+};
+/// From the line that it prints, {"http": …, "listen": …}; more keys may stand in it. Throws
+/// Error{failed}.
+ServerAddresses addresses_from(std::string_view line);
+
+/// Processors that this process may use, at least 1.
+int processors();
+
+}  // namespace tessera::client

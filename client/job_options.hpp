@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/job/job_spec.hpp"
+#include "common/scene/description.hpp"
+
+/// From a scene and what a command line says about it to a job. Pure.
+namespace tessera::client {
+
+struct Size {
+  int width = 0;
+  int height = 0;
+  bool operator==(const Size&) const = default;
+};
+/// "WIDTHxHEIGHT" in pixels. Throws Error{bad_input}.
+Size size_from(std::string_view text);
+
+/// What `render` and `submit` have in common. What is absent is the scene's.
+struct JobOptions {
+  std::filesystem::path scene;
+  std::optional<std::string> name;
+  std::optional<std::string> camera;
+  std::optional<Size> size;
+  std::optional<std::int64_t> samples;
+  std::optional<int> bounces;
+  std::optional<std::string> integrator;
+  std::optional<std::string> sampler;
+  std::optional<std::string> filter;
+  std::optional<double> filter_width;
+  std::optional<int> light_samples;
+  std::optional<std::uint64_t> seed;
+  std::optional<int> tile;
+  std::optional<int> pass;
+  int priority = 0;
+  bool mixed = false;
+};
+
+/// The job that the options ask for. Names of integrator, sampler, filter and camera are checked,
+/// and all else that check(JobSpec) knows. Throws Error{bad_input} that names the flag or the key.
+JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle);
+
+}  // namespace tessera::client

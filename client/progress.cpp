@@ -1,0 +1,129 @@
+#include "client/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.hpp"
+
+namespace tessera::client {
+
+namespace {
+template <class Value>
+void read(const Json& job, const char* key, Value& value) {
+  const auto found = job.find(key);
+  if (found == job.end() || found->is_null()) return;
+  try {
+    value = found->get<Value>();
+  } catch (const Json::exception&) {
+    throw Error(ErrorKind::failed, fmt::format("the server's job object has an odd \"{}\"", key));
+  }
+}
+}  // namespace
+
+JobState job_state_from(const Json& job) {
+  if (!job.is_object() || !job.contains("id") || !job.contains("state") ||
+      !job.contains("progress"))
+    throw Error(ErrorKind::failed, "the server's answer is no job object");
+  JobState out;
+  read(job, "id", out.id);
+  read(job, "name", out.name);
+  read(job, "state", out.state);
+  read(job, "progress", out.progress);
+  read(job, "samples_per_second", out.samples_per_second);
+  double eta = -1;
+  read(job, "eta_seconds", eta);
+  if (eta >= 0) out.eta_seconds = eta;
+  read(job, "samples", out.samples);
+  read(job, "samples_done", out.samples_done);
+  if (const auto frames = job.find("frames"); frames != job.end() && frames->is_object())
+    read(*frames, "first", out.first_frame);
+  read(job, "render_seconds", out.render_seconds);
+  read(job, "rays", out.rays);
+  read(job, "error", out.error);
+  return out;
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::int64_t>(std::llround(std::clamp(seconds, 0.0, 1e9)));
+  const std::int64_t s = whole % 60, m = whole / 60 % 60, h = whole / 3600 % 24, d = whole / 86400;
+  if (d > 0) return fmt::format("{} d {:02}:{:02}", d, h, m);
+  if (h > 0) return fmt::format("{}:{:02}:{:02}", h, m, s);
+  return fmt::format("{}:{:02}", m, s);
+}
+
+std::string count_text(double count) {
+  constexpr std::array<std::string_view, 5> units{"", " k", " M", " G", " T"};
+  std::size_t unit = 0;
+  while (count >= 999.5 && unit + 1 < units.size()) {
+    count /= 1000;
+    ++unit;
+  }
+  if (unit == 0) return fmt::format("{:.0f}", count);
+  const int digits = count >= 99.95 ? 0 : count >= 9.995 ? 1 : 2;
+  return fmt::format("{:.{}f}{}", count, digits, units[unit]);
+}
+
+std::string progress_line(const JobState& job) {
+  // Rounded down: 100 % is said when all is done, and not before.
+  std::string out = fmt::format("{:<9} {:5.1f} %", job.state, std::floor(job.progress * 1000) / 10);
+  if (job.state == "rendering" && job.samples_per_second > 0)
+    out += fmt::format("  {} samples/s", count_text(job.samples_per_second));
+  if (job.eta_seconds && !job.ended())
+    out += fmt::format("  {} left", duration_text(*job.eta_seconds));
+  if (job.state == "done") out += fmt::format("  in {}", duration_text(job.render_seconds));
+  return out;
+}
+
+bool LineGate::due(const JobState& job, Instant now) {
+  const int tenth = static_cast<int>(job.progress * 10);
+  if (job.state == state_ && tenth == tenth_ && now - last_ < std::chrono::seconds(30))
+    return false;
+  state_ = job.state;
+  tenth_ = tenth;
+  last_ = now;
+  return true;
+}
+
+namespace {
+void write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written <= 0) return;  // whoever read it is gone; that is no reason to stop the work
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+}  // namespace
+
+ProgressPrinter::ProgressPrinter(int descriptor)
+    : descriptor_(descriptor), terminal_(isatty(descriptor) == 1) {}
+
+ProgressPrinter::~ProgressPrinter() { finish(); }
+
+void ProgressPrinter::rewrite(std::string_view text) {
+  write_all(descriptor_, fmt::format("\r{}\x1b[K", text));
+  open_ = true;
+}
+
+void ProgressPrinter::show(const JobState& job) {
+  const std::string line = progress_line(job);
+  if (terminal_)
+    rewrite(line);
+  else if (gate_.due(job, std::chrono::steady_clock::now()))
+    write_all(descriptor_, line + "\n");
+}
+
+void ProgressPrinter::remark(std::string_view text) {
+  if (terminal_) rewrite(text);
+}
+
+void ProgressPrinter::finish() {
+  if (open_) write_all(descriptor_, "\n");
+  open_ = false;
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,79 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/base/clock.hpp"
+#include "common/base/json.hpp"
+#include "common/job/task.hpp"
+
+/// What a person is told while a job renders. Pure, but for ProgressPrinter.
+namespace tessera::client {
+
+/// What the client reads of the server's job object.
+struct JobState {
+  JobId id = 0;
+  std::string name;
+  std::string state;  ///< queued, rendering, paused, done, failed, cancelled
+  double progress = 0;
+  double samples_per_second = 0;
+  std::optional<double> eta_seconds;
+  std::int64_t samples = 0;  ///< of each pixel
+  std::int64_t samples_done = 0;
+  std::int64_t first_frame = 1;
+  double render_seconds = 0;
+  std::int64_t rays = 0;
+  std::string error;
+
+  [[nodiscard]] bool ended() const {
+    return state == "done" || state == "failed" || state == "cancelled";
+  }
+};
+/// Throws Error{failed} if it lacks id, state or progress. What else is lacking keeps its default,
+/// and what is unknown is passed over: a newer server may say more.
+JobState job_state_from(const Json& job);
+
+/// "0:42", "12:05", "3:04:05", "2 d 03:04": a duration, rounded to whole seconds.
+std::string duration_text(double seconds);
+/// "812", "12.4 k", "3.25 M", "1.07 G": three digits and a power of a thousand.
+std::string count_text(double count);
+/// "rendering  42.3 %  12.4 M samples/s  1:23 left".
+std::string progress_line(const JobState& job);
+
+/// Which states are worth a line where no line can be rewritten: the first, a change of state,
+/// every tenth of the work, and else one in 30 seconds.
+class LineGate {
+ public:
+  bool due(const JobState& job, Instant now);
+
+ private:
+  std::string state_;
+  int tenth_ = -1;
+  Instant last_{};
+};
+
+/// Shows progress on a stream: on a terminal one line that is rewritten, else a line now and then.
+class ProgressPrinter {
+ public:
+  /// `descriptor`: 1 for standard output, 2 for standard error.
+  explicit ProgressPrinter(int descriptor);
+  ~ProgressPrinter();
+  ProgressPrinter(const ProgressPrinter&) = delete;
+  ProgressPrinter& operator=(const ProgressPrinter&) = delete;
+
+  void show(const JobState& job);
+  /// A remark in the line's place, on a terminal alone.
+  void remark(std::string_view text);
+  /// Ends the line, so that what is printed next begins a new one.
+  void finish();
+
+ private:
+  void rewrite(std::string_view text);
+  int descriptor_;
+  bool terminal_;
+  bool open_ = false;
+  LineGate gate_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/commands.hpp"
+#include "client/farm.hpp"
+#include "client/follow.hpp"
+#include "client/output.hpp"
+#include "client/prepare.hpp"
+#include "client/print.hpp"
+#include "client/upload.hpp"
+#include "common/base/error.hpp"
+
+namespace tessera::client {
+
+namespace {
+
+constexpr std::chrono::milliseconds look{100};
+
+/// Until the job has ended. A program of the farm that dies ends it with an error.
+JobState follow_in(Farm& farm, Server& server, JobId id, ProgressPrinter& printer) {
+  for (;;) {
+    farm.check();
+    const JobState job = job_state_from(fetch_job(server, id));
+    printer.show(job);
+    if (job.ended()) return job;
+    server.pause(look, look);
+  }
+}
+
+Json report(const RenderOptions& options, const PreparedJob& prepared, const JobState& job,
+            int threads, double elapsed) {
+  return {{"output", options.output.string()},
+          {"seconds", elapsed},
+          {"render_seconds", job.render_seconds},
+          {"width", prepared.spec.render.width},
+          {"height", prepared.spec.render.height},
+          {"samples", job.samples},
+          {"rays", job.rays},
+          {"workers", options.workers},
+          {"threads", threads}};
+}
+
+}  // namespace
+
+int render(const Settings& settings, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return seconds(std::chrono::steady_clock::now() - start); };
+  const int threads =
+      options.threads > 0 ? options.threads : std::max(1, processors() / options.workers);
+  const PictureFormat format = check_output(options.output);
+  std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the picture is still wanted
+
+  const PreparedJob prepared = prepare(options.job);
+  ProgressPrinter printer(2);
+  printer.remark("starting");
+  Farm farm(options.workers, threads);
+  JobState job;
+  try {
+    Server server(Settings{.server = farm.url(), .token = {}, .json = false});
+    upload(server, prepared, [](std::uint64_t, std::uint64_t) {});
+    const JobId id = job_state_from(post_job(server, prepared)).id;
+    job = follow_in(farm, server, id, printer);
+    printer.finish();
+    if (job.state != "done") return outcome(job);
+    fetch_picture(server, picture_target(id, job.first_frame, format, options.exposure),
+                  options.output);
+  } catch (const Error& error) {
+    printer.finish();
+    if (error.kind() == ErrorKind::unreachable) farm.check();  // the reason rather than the symptom
+    throw;
+  }
+  const double total = elapsed();
+  if (settings.json)
+    print_json(report(options, prepared, job, threads, total));
+  else
+    fmt::print("{}: {}x{}, {} samples a pixel, {:.1f} s (rendering {:.1f} s, {} rays/s)\n",
+               options.output.string(), prepared.spec.render.width, prepared.spec.render.height,
+               job.samples, total, job.render_seconds,
+               count_text(static_cast<double>(job.rays) / std::max(job.render_seconds, 1e-9)));
+  return 0;
+}
+
+}  // namespace tessera::client

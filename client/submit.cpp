@@ -1,0 +1,31 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/commands.hpp"
+#include "client/prepare.hpp"
+#include "client/print.hpp"
+#include "client/progress.hpp"
+#include "client/upload.hpp"
+
+namespace tessera::client {
+
+int submit(const Settings& settings, const JobOptions& options) {
+  const PreparedJob prepared = prepare(options);
+  Server server(settings);
+  ProgressPrinter printer(2);
+  upload(server, prepared, [&](std::uint64_t done, std::uint64_t total) {
+    printer.remark(fmt::format("uploading {}B of {}B", count_text(static_cast<double>(done)),
+                               count_text(static_cast<double>(total))));
+  });
+  printer.finish();
+  const Json job = post_job(server, prepared);
+  if (settings.json)
+    print_json(job);
+  else
+    fmt::print("{}\n", job_state_from(job).id);
+  return 0;
+}
+
+}  // namespace tessera::client

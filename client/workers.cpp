@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "client/commands.hpp"
+#include "client/print.hpp"
+#include "client/progress.hpp"
+#include "client/server.hpp"
+#include "common/base/error.hpp"
+
+namespace tessera::client {
+
+int workers(const Settings& settings) {
+  Server server(settings);
+  const Json answer = server.get("/v1/workers");
+  if (settings.json) {
+    print_json(answer);
+    return 0;
+  }
+  fmt::print("{:>6}  {:<10}  {:>7}  {:>8}  {:>12}  {}\n", "WORKER", "STATE", "THREADS", "TASKS",
+             "SAMPLES/S", "NAME");
+  ObjectReader in(answer, "");
+  try {
+    for (const Json& worker : in.required("workers"))
+      fmt::print("{:>6}  {:<10}  {:>7}  {:>8}  {:>12}  {}\n", worker.at("id").get<std::uint64_t>(),
+                 worker.at("state").get<std::string>(), worker.at("threads").get<int>(),
+                 worker.at("tasks_done").get<std::int64_t>(),
+                 count_text(worker.at("samples_per_second").get<double>()),
+                 worker.at("name").get<std::string>());
+  } catch (const Json::exception& odd) {
+    throw Error(ErrorKind::failed,
+                fmt::format("the server's list of workers cannot be read: {}", odd.what()));
+  }
+  return 0;
+}
+
+}  // namespace tessera::client
