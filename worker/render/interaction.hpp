@@ -27,12 +27,14 @@ struct Interaction {
 
   [[nodiscard]] bool on_surface() const { return medium == no_id; }
 
-  /// A ray from here along unit `direction`, as far as `length`, that does not meet the surface it
-  /// leaves.
+  /// Where a ray along `direction` starts, so that it does not meet the surface that it leaves.
+  [[nodiscard]] Vec3 start(const Vec3& direction) const {
+    return p + shading.normal * (dot(direction, shading.normal) < 0 ? -error : error);
+  }
+  /// A ray from here along unit `direction`, as far as `length`; `came` is the ray that led here.
   [[nodiscard]] Ray leave(const Vec3& direction, float length, const Ray& came) const {
-    const float side = dot(direction, shading.normal) < 0 ? -error : error;
     Ray ray;
-    ray.origin = p + shading.normal * side;
+    ray.origin = start(direction);
     ray.direction = direction;
     ray.t_max = length;
     ray.time = came.time;

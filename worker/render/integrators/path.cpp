@@ -60,7 +60,9 @@ FirstLobe lobe_of(const BsdfSample& drawn) {
   return drawn.specular ? FirstLobe::specular : FirstLobe::diffuse;
 }
 
-/// Where light samples are taken from: the side of wo, unless light may come from both.
+/// Where light samples are taken from: the side of wo, unless light may come from both. That is
+/// also where the ray to the light starts, so that a light which scatters too finds its own points
+/// on the right side of itself.
 LightContext light_context(const Interaction& at, const Closure& closure, const PathState& path) {
   LightContext context;
   context.p = at.p;
@@ -68,6 +70,7 @@ LightContext light_context(const Interaction& at, const Closure& closure, const 
   if ((closure.flags & lobe_flag::transmission) == 0) {
     const Vec3& n = closure.shading.n;
     context.n = dot(n, at.shading.wo) < 0 ? -n : n;
+    context.p = at.start(at.shading.wo);
   }
   return context;
 }

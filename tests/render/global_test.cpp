@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/render/support.hpp"
+
+/// Light that is scattered many times, against closed forms.
+namespace tessera::render::proof {
+namespace {
+
+constexpr int unlimited = 1000;
+
+/// A closed room that emits 1 from every wall and reflects `albedo`, seen from inside.
+enum class Room { sphere, box, mesh };
+Scene furnace(Room room, double albedo, double radiance = 1) {
+  SceneMaker maker;
+  const std::uint32_t wall = maker.emitter(radiance, true);
+  switch (room) {
+    case Room::sphere:
+      maker.add(wall, scene::Sphere{{0, 0, 0}, 1});
+      break;
+    case Room::box:
+      maker.add(wall, scene::Box{{-1, -1, -1}, {1, 1, 1}});
+      break;
+    case Room::mesh:
+      maker.add(wall, ball(2, false), rotate({1, 2, 3}, 40));
+      break;
+  }
+  maker.look({0.1, 0.2, 0.3}, {0.5, 0.4, -1}, 60);
+  return maker.build(albedo);
+}
+
+TEST(Global, ClosedFurnace) {
+  for (const Room room : {Room::sphere, Room::box, Room::mesh}) {
+    expect_mean(measure(furnace(room, 0.5), {8, 64, unlimited}), 2);
+    expect_mean(measure(furnace(room, 0.8), {8, 64, unlimited}), 5, 0.01);
+  }
+}
+
+TEST(Global, ClosedFurnaceByBounces) {
+  // The table's n counts scatterings; n = bounces + 1, as the hit after the last one still shows
+  // its emission.
+  const Scene scene = furnace(Room::box, 0.8);
+  const double after[] = {1.8, 2.44, 2.952};
+  for (int bounces = 0; bounces < 3; ++bounces) {
+    expect_mean(measure(scene, {8, 64, bounces}), after[bounces]);
+  }
+  expect_mean(measure(scene, {8, 64, 7}), 4.328911);
+}
+
+TEST(Global, SphereSeenFromInside) {
+  expect_mean(measure(furnace(Room::sphere, 0.5, 0.5), {8, 64, unlimited}), 1);
+}
+
+TEST(Global, ClearGlassSphereInAConstantEnvironmentIsNotThere) {
+  SceneMaker maker;
+  maker.add(maker.dielectric(1.5), scene::Sphere{{0, 0, 0}, 1});
+  maker.environment(0.75).look({0, 0, 5}, {0, 0, 0}, 30);
+  const RenderedTask done = render(maker.build(), {32, 64, unlimited}, 3);
+  for (const float value : done.image.plane(image::R)) EXPECT_NEAR(value, 0.75, 1e-5);
+  for (const float value : done.image.plane(image::M2_R)) EXPECT_LT(value, 1e-9);
+}
+
+TEST(Global, AClearGlassMeshInAConstantEnvironmentIsNotThere) {
+  SceneMaker maker;
+  maker.add(maker.dielectric(1.5), ball(2, false));
+  maker.environment(0.75).look({0, 0, 5}, {0, 0, 0}, 30);
+  expect_mean(measure(maker.build(), {16, 16, unlimited}), 0.75);
+}
+
+/// Radiance through (or back from) a slab with a lamp of radiance 1 behind it (or behind the
+/// camera).
+Estimate slab(double lamp_z) {
+  SceneMaker maker;
+  maker.add(maker.dielectric(1.5), scene::Box{{-10, -10, -0.5}, {10, 10, 0.5}});
+  const double turn = lamp_z > 0 ? -1 : 1;
+  maker.add(maker.emitter(1), scene::Quad{{-9 * turn, -9, lamp_z}, {18 * turn, 0, 0}, {0, 18, 0}});
+  maker.look({0.1, 0.2, 3}, {0.1, 0.2, 0}, 0.001, {0, 1, 0});
+  return measure(maker.build(), {8, 256, unlimited});
+}
+
+TEST(Global, ASlabPassesAndReflectsByFresnelsFormula) {
+  expect_mean(slab(-4), 0.923077);
+  expect_mean(slab(4), 0.076923, 0.01);
+}
+
+TEST(Global, TwoLargePlatesOfWhichOneEmits) {
+  // Gap 1, side 4000: the open rim is 1e-7 of what a point in the middle sees.
+  constexpr double side = 4000;
+  for (const bool look_down : {true, false}) {
+    SceneMaker maker;
+    const std::uint32_t glow = maker.emitter(1 / pi_d), gray_plate = maker.diffuse(0.8);
+    maker.add(glow, scene::Quad{{-side / 2, 0, -side / 2}, {0, 0, side}, {side, 0, 0}});
+    maker.add(gray_plate, scene::Quad{{-side / 2, 1, -side / 2}, {side, 0, 0}, {0, 0, side}});
+    maker.look({0, 0.5, 0}, {0.2, look_down ? 0.0 : 1.0, 0.1});
+    const double radiosity = look_down ? 1.666667 : 1.333333;
+    expect_mean(measure(maker.build(0.5), {8, 256, unlimited}), radiosity / pi_d);
+  }
+}
+
+TEST(Global, AMirrorShowsWhatStandsBeforeIt) {
+  SceneMaker maker;
+  maker.add(maker.mirror(0.7), scene::Quad{{-1, -1, 0}, {2, 0, 0}, {0, 2, 0}});
+  maker.environment(2).look({0, 0, 3}, {0, 0, 0}, 10);
+  expect_mean(measure(maker.build(), {4, 16, 0}), 1.4);
+}
+
+TEST(Global, LightSamplesChangeTheNoiseAndNotTheMean) {
+  SceneMaker maker;
+  const std::uint32_t wall = maker.diffuse(0.7);
+  maker.add(wall, scene::Box{{-1, -1, -1}, {1, 1, 1}});
+  maker.add(maker.emitter(5), scene::Sphere{{0.3, 0.5, -0.2}, 0.15});
+  maker.add(maker.dielectric(1.5), scene::Sphere{{-0.4, -0.6, -0.3}, 0.35});
+  maker.look({0, 0, 0.9}, {0, 0, -1}, 70);
+  const Scene scene = maker.build();
+  const Estimate one = measure(scene, {16, 32, 8, 1}), four = measure(scene, {16, 32, 8, 4});
+  EXPECT_LT(one.error, 0.01 * one.mean);
+  EXPECT_NEAR(one.mean, four.mean,
+              student_bound(23) * std::sqrt(one.error * one.error + four.error * four.error));
+}
+
+}  // namespace
+}  // namespace tessera::render::proof

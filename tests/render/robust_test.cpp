@@ -1,0 +1,105 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/render/support.hpp"
+
+/// No surface may hide itself, however large, small or far away the scene is.
+namespace tessera::render::proof {
+namespace {
+
+/// A white convex thing under a constant environment of 1 scatters exactly 1 in every single
+/// sample: light and BSDF are sampled alike, and nothing stands in the way but the thing itself.
+void expect_no_self_hit(const SceneMaker& maker, const char* what, double factor) {
+  const Scene scene = maker.build();
+  const RenderedTask done = render(scene, {32, 32, 0}, 5);
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < done.image.pixels(); ++i) {
+    ASSERT_NEAR(done.image.plane(image::R)[i], 1, 1e-5) << what << " scaled by " << factor;
+    ASSERT_LT(done.image.plane(image::M2_R)[i], 1e-7) << what << " scaled by " << factor;
+    if (done.image.plane(image::albedo_R)[i] > 0) ++hits;
+  }
+  EXPECT_GT(hits, 200U) << what;
+}
+
+SceneMaker convex(int kind) {
+  SceneMaker maker;
+  const std::uint32_t white = maker.diffuse(1);
+  const scene::Transform turn = rotate({1, 2, 0.5}, 33);
+  if (kind == 0) maker.add(white, scene::Sphere{{0, 0, 0}, 1});
+  if (kind == 1) maker.add(white, scene::Box{{-1, -1, -1}, {0.7, 1, 0.8}}, turn);
+  if (kind == 2) maker.add(white, ball(3, false), turn);
+  if (kind == 3) maker.add(white, scene::Sphere{{0.1, 0, 0}, 1}, turn * scale(1, 0.3, 1.2));
+  if (kind == 4) {
+    scene::Object object;
+    object.name = "twice";
+    scene::Shape shape;
+    shape.geometry = ball(2, false);
+    shape.material = white;
+    object.shapes = {shape};
+    maker.description.objects = {object};
+    // The second stands so that no ray from the first meets it: far behind the camera, small.
+    maker.description.instances = {{0, turn * scale(1, 0.4, 0.8)},
+                                   {0, translate(0, 0, 1e5) * scale(1e-7, 1e-7, 1e-7)}};
+  }
+  maker.environment(1).look({0, 0.5, 6}, {0, 0, 0}, 25);
+  return maker;
+}
+
+TEST(Robust, ConvexThingsDoNotHideThemselvesAtAnySize) {
+  const char* names[] = {"sphere", "box", "mesh", "ellipsoid", "instance"};
+  for (int kind = 0; kind < 5; ++kind) {
+    for (const double factor : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
+      SceneMaker maker = convex(kind);
+      maker.scaled(factor, {0, 0, 0});
+      expect_no_self_hit(maker, names[kind], factor);
+    }
+  }
+}
+
+TEST(Robust, ConvexThingsDoNotHideThemselvesFarFromTheOrigin) {
+  const char* names[] = {"sphere", "box", "mesh", "ellipsoid", "instance"};
+  for (int kind = 0; kind < 5; ++kind) {
+    // Within the reach of float's precision, where no origin is subtracted …
+    SceneMaker near = convex(kind);
+    near.scaled(1, {12, -7, 9});
+    expect_no_self_hit(near, names[kind], 1);
+    if (kind == 4) continue;  // its second instance makes the scene too wide to be moved
+    // … and so far off that it is.
+    SceneMaker far = convex(kind);
+    far.scaled(1, {3e7, -2e7, 5e7});
+    expect_no_self_hit(far, names[kind], 1);
+  }
+}
+
+TEST(Robust, ALampJustAboveAFloorIsNotHiddenByItself) {
+  // The direct light of a lamp 2×2 one unit up, however the whole is turned, scaled and moved.
+  for (const double factor : {1e-5, 1.0, 1e5}) {
+    SceneMaker maker;
+    const scene::Transform turn = rotate({0.3, 1, 0.7}, 57);
+    maker.add(maker.diffuse(0.5), scene::Quad{{-0.5, 0, -0.5}, {0, 0, 1}, {1, 0, 0}}, turn);
+    maker.add(maker.emitter(1), scene::Quad{{-1, 1, -1}, {2, 0, 0}, {0, 0, 2}}, turn);
+    const auto turned = [&](double x, double y, double z) {
+      const auto& m = turn.m;
+      return scene::Vec3{m[0] * x + m[1] * y + m[2] * z, m[4] * x + m[5] * y + m[6] * z,
+                         m[8] * x + m[9] * y + m[10] * z};
+    };
+    maker.look(turned(-2, 0.3, 0.1), turned(0, 0, 0));
+    maker.scaled(factor, {10 * factor, 20 * factor, -5 * factor});
+    expect_mean(measure(maker.build(), {4, 64}), 0.5 * 0.5541264);
+  }
+}
+
+TEST(Robust, NoLightLeaksIntoAClosedBox) {
+  SceneMaker maker;
+  maker.add(maker.diffuse(0.9), scene::Box{{-1, -1, -1}, {1, 1, 1}}, rotate({1, 2, 0.5}, 33));
+  maker.environment(1000).look({0, 0, 0.1}, {0.3, 0.2, -1}, 90);
+  const RenderedTask done = render(maker.build(), {64, 64, 16}, 7);
+  double sum = 0;
+  for (const float value : done.image.plane(image::R)) sum += value;
+  // A sample in a million may slip out where two walls meet.
+  EXPECT_LT(sum / static_cast<double>(done.image.pixels()), 1000 * 1e-6);
+}
+
+}  // namespace
+}  // namespace tessera::render::proof
