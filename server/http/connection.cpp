@@ -133,6 +133,17 @@ std::optional<HttpResponse> refusal_of(const boost::system::error_code& error) {
   return std::nullopt;
 }
 
+/// Two readings of one message must not be possible: what stands before us might take the other
+/// (RFC 9112, 6.1).
+bool length_is_ambiguous(const Parser& parser) {
+  const auto& message = parser.get();
+  const auto coding = message.find(http::field::transfer_encoding);
+  if (coding == message.end()) return false;
+  return message.count(http::field::transfer_encoding) > 1 ||
+         !beast::iequals(coding->value(), "chunked") ||
+         message.count(http::field::content_length) > 0;
+}
+
 /// Ends the sending side, then reads for a moment what the peer still sends: were it left unread,
 /// the peer's system would throw away the answer together with the connection.
 asio::awaitable<void> linger(beast::tcp_stream& stream) {
@@ -163,6 +174,13 @@ asio::awaitable<bool> serve_one(beast::tcp_stream& stream, beast::flat_buffer& b
       co_await writer.write(*refusal, false, false);
       co_await linger(stream);
     }
+    co_return false;
+  }
+  if (length_is_ambiguous(parser)) {
+    const HttpResponse refusal =
+        problem(400, "expected Content-Length, or Transfer-Encoding: chunked, and not both");
+    co_await writer.write(refusal, false, false);
+    co_await linger(stream);
     co_return false;
   }
   ConnectionBody body(stream, buffer, parser, settings);
