@@ -7,8 +7,8 @@
 namespace tessera::server {
 namespace {
 
-/// So many seconds of a worker does a job it has already prepared go before a job that is owed
-/// more: scenes are not built twice for the sake of a moment's fairness.
+/// So many seconds of a worker does a job that it has prepared (or is preparing) go before a job
+/// that is owed more: scenes are not built twice for the sake of a moment's fairness.
 constexpr double loyalty_seconds = 10;
 
 }  // namespace
@@ -45,9 +45,7 @@ JobEntry* Scheduler::State::pick(const WorkerEntry& worker) {
     if (!eligible(*job, worker)) continue;
     if (suspect_for(*job, worker) == nullptr && !job->tasks.peek()) continue;
     double share = job->served;
-    const auto part = worker.parts.find(job->id);
-    if (part != worker.parts.end() && part->second.ready)
-      share -= loyalty_seconds * std::max(1, worker.info.threads);
+    if (worker.parts.contains(job->id)) share -= loyalty_seconds * std::max(1, worker.info.threads);
     if (best == nullptr || share < best_share) {
       best = job;
       best_share = share;

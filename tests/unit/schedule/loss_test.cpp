@@ -1,0 +1,347 @@
+// Workers that are lost, fail or lie, and what is held against whom.
+#include <gmock/gmock.h>
+
+#include "server/schedule/lease_numbers.hpp"
+#include "tests/unit/schedule/schedule_fixture.hpp"
+
+namespace tessera::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(ScheduleTest, ALostConnectionPutsItsTasksOutAgainAtOnce) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const WorkerId b = join("b");
+  EXPECT_TRUE(held_[b].empty());
+  leave(a, true);
+  EXPECT_EQ(held_[b].size(), 2);
+}
+
+TEST_F(ScheduleTest, ASilentWorkerIsDroppedAndItsWorkIsOutWithinFiveSeconds) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const WorkerId b = join("b");
+  double waited = 0;
+  while (dropped_.empty() && waited < 10) {
+    ASSERT_TRUE(scheduler_.next_deadline());
+    pass(0.5);
+    waited += 0.5;
+    scheduler_.worker_heard(b, now_);
+  }
+  EXPECT_EQ(dropped_, std::vector<WorkerId>{a});
+  EXPECT_LT(waited, 5);
+  EXPECT_EQ(held_[b].size(), 1) << "the one that ran is a suspect and runs alone";
+  finish_one(b);
+  EXPECT_EQ(held_[b].size(), 1);
+}
+
+TEST_F(ScheduleTest, WhatIsHeardKeepsAWorker) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  for (int i = 0; i < 20; ++i) {
+    pass(1);
+    scheduler_.worker_heard(a, now_);
+  }
+  EXPECT_TRUE(dropped_.empty());
+}
+
+TEST_F(ScheduleTest, ASuspectRunsAloneAndThreeDeathsAloneFailTheJob) {
+  add(1, spec(20, 1));
+  TaskId poison{};
+  for (int death = 0; death < 4; ++death) {
+    ASSERT_TRUE(failed_.empty()) << death;
+    const WorkerId worker = join("victim " + std::to_string(death));
+    ready(worker);
+    if (death == 0) {
+      EXPECT_EQ(held_[worker].size(), 2);
+      poison = held_[worker][0].task;
+    } else {
+      ASSERT_EQ(held_[worker].size(), 1);
+      EXPECT_EQ(held_[worker][0].task, poison);
+    }
+    leave(worker, false);
+  }
+  ASSERT_TRUE(failed_.contains(1));
+  EXPECT_THAT(failed_[1], HasSubstr(text_of(poison)));
+  EXPECT_EQ(scheduler_.job(1, now_)->state, "failed");
+  EXPECT_THAT(scheduler_.job(1, now_)->error, HasSubstr("3 workers"));
+}
+
+TEST_F(ScheduleTest, ABusyWorkerIsKeptFreeForASuspect) {
+  add(1, spec(200, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const WorkerId b = join("b");
+  ready(b);
+  const TaskId suspect = held_[a][0].task;
+  leave(a, false);
+  pass(0.4);
+  finish_one(b);
+  finish_one(b);
+  ASSERT_EQ(held_[b].size(), 1);
+  EXPECT_EQ(held_[b][0].task, suspect);
+  pass(0.4);
+  finish_one(b);
+  EXPECT_GE(held_[b].size(), 2) << "after the suspect all is as before";
+}
+
+TEST_F(ScheduleTest, CleanEndsNeverCount) {
+  add(1, spec(20, 1));
+  for (int i = 0; i < 8; ++i) {
+    const WorkerId worker = join("w" + std::to_string(i));
+    ready(worker);
+    EXPECT_EQ(held_[worker].size(), 2);
+    leave(worker, true);
+  }
+  EXPECT_TRUE(failed_.empty());
+}
+
+TEST_F(ScheduleTest, AWorkerThatComesBackDidNotDieOfItsTasks) {
+  add(1, spec(1, 1));
+  for (int i = 0; i < 8; ++i) {
+    const WorkerId worker = join("the same");
+    ready(worker);
+    ASSERT_EQ(held_[worker].size(), 1);
+    leave(worker, false);
+  }
+  EXPECT_TRUE(failed_.empty());
+}
+
+TEST_F(ScheduleTest, ErrorsOfThreeDifferentWorkersFailTheJob) {
+  add(1, spec(1, 1));
+  std::vector<WorkerId> workers;
+  for (const char* name : {"a", "b", "c"}) workers.push_back(join(name));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(failed_.empty());
+    const auto holder =
+        std::find_if(workers.begin(), workers.end(), [&](WorkerId w) { return !held_[w].empty(); });
+    ASSERT_NE(holder, workers.end());
+    const WorkerId worker = *holder;
+    workers.erase(holder);
+    const LeaseId lease = held_[worker][0].lease;
+    held_[worker].clear();
+    take(scheduler_.worker_failed(worker, 1, lease, "no such texture", now_));
+  }
+  EXPECT_THAT(failed_[1], HasSubstr("no such texture"));
+}
+
+TEST_F(ScheduleTest, AnErrorSendsTheTaskToAnotherWorker) {
+  add(1, spec(1, 1));
+  const WorkerId a = join("a");
+  const WorkerId b = join("b");
+  const LeaseId lease = held_[a].at(0).lease;
+  held_[a].clear();
+  take(scheduler_.worker_failed(a, 1, lease, "out of memory", now_));
+  ASSERT_EQ(held_[b].size(), 1);
+  pass(0.1);
+  finish_one(b);
+  EXPECT_EQ(finished_.size(), 1);
+}
+
+TEST_F(ScheduleTest, TheOnlyWorkerTriesThreeTimesWithPauses) {
+  add(1, spec(1, 1));
+  const WorkerId a = join("a");
+  int tries = 0;
+  for (int i = 0; i < 100 && failed_.empty(); ++i) {
+    pass(0.1);
+    scheduler_.worker_heard(a, now_);
+    if (held_[a].empty()) continue;
+    const LeaseId lease = held_[a][0].lease;
+    held_[a].clear();
+    take(scheduler_.worker_failed(a, 1, lease, "broken", now_));
+    EXPECT_TRUE(held_[a].empty()) << "not at once";
+    ++tries;
+  }
+  EXPECT_EQ(tries, 3);
+  EXPECT_TRUE(failed_.contains(1));
+}
+
+TEST_F(ScheduleTest, AWorkerThatCannotPrepareGetsNoMoreOfTheJobAndThreeFailIt) {
+  add(1, spec(20, 1));
+  const WorkerId d = join("d");
+  for (const char* name : {"a", "b", "c"}) {
+    ASSERT_TRUE(failed_.empty());
+    const WorkerId worker = join(name);
+    EXPECT_EQ(held_[worker].size(), 2);
+    held_[worker].clear();
+    take(scheduler_.worker_failed(worker, 1, std::nullopt, "mesh.obj is lacking", now_));
+    pass(1);
+    for (const WorkerId other : {worker, d}) scheduler_.worker_heard(other, now_);
+    EXPECT_TRUE(held_[worker].empty());
+  }
+  EXPECT_THAT(failed_[1], HasSubstr("mesh.obj is lacking"));
+}
+
+TEST_F(ScheduleTest, AJobThatNoConnectedWorkerCanPrepareFailsInsteadOfWaiting) {
+  add(1, spec(20, 1));
+  const WorkerId a = join("a");
+  for (int i = 0; i < 200 && failed_.empty(); ++i) {
+    if (!held_[a].empty()) {
+      held_[a].clear();
+      take(scheduler_.worker_failed(a, 1, std::nullopt, "no", now_));
+    }
+    pass(0.1);
+    scheduler_.worker_heard(a, now_);
+  }
+  EXPECT_TRUE(failed_.contains(1));
+}
+
+TEST_F(ScheduleTest, LeasesThatStandStillExpireAndAreStillTakenWhenTheyCome) {
+  add(1, spec(1, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const GrantLease grant = held_[a].at(0);
+  const WorkerId b = join("b");
+  for (int i = 0; i < 310; ++i) {
+    pass(1);
+    for (const WorkerId worker : {a, b}) scheduler_.worker_heard(worker, now_);
+    take(scheduler_.worker_progress(a, {{grant.lease, 0.5}}, now_));
+  }
+  EXPECT_TRUE(revoked_.contains(grant.lease));
+  ASSERT_EQ(held_[b].size(), 1);
+  const LeaseId second = held_[b][0].lease;
+  EXPECT_EQ(arrive(a, grant), Verdict::take);
+  durable(a, grant);
+  EXPECT_TRUE(revoked_.contains(second)) << "the loser is told to stop";
+  fold(1, grant.task);
+  EXPECT_EQ(finished_.size(), 1);
+}
+
+TEST_F(ScheduleTest, ProgressKeepsALeaseAlive) {
+  add(1, spec(1, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  for (int i = 0; i < 1000; ++i) {
+    pass(1);
+    take(scheduler_.worker_progress(a, {{held_[a].at(0).lease, i / 1000.0}}, now_));
+  }
+  EXPECT_TRUE(revoked_.empty());
+}
+
+TEST_F(ScheduleTest, ASecondResultIsStaleAsSoonAsTheFirstIsBeingKept) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const GrantLease grant = held_[a].at(0);
+  EXPECT_EQ(arrive(a, grant), Verdict::take);
+  EXPECT_EQ(arrive(a, grant), Verdict::stale);
+  durable(a, grant);
+  EXPECT_EQ(arrive(a, grant), Verdict::stale);
+  EXPECT_EQ(scheduler_.job(1, now_)->tasks_done, 1);
+}
+
+TEST_F(ScheduleTest, AnInvalidResultOpensTheTaskAgainAndThreeEndTheWorker) {
+  add(1, spec(20, 1));
+  const WorkerId liar = join("liar");
+  const WorkerId b = join("b");
+  ready(liar);
+  ready(b);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(dropped_.empty());
+    pass(2);
+    for (const WorkerId worker : {liar, b}) scheduler_.worker_heard(worker, now_);
+    const GrantLease grant = held_[liar].at(0);
+    held_[liar].erase(held_[liar].begin());
+    ASSERT_EQ(arrive(liar, grant), Verdict::take);
+    take(scheduler_.result_invalid(liar, grant.lease, 1, grant.task, "NaN", now_));
+    if (i == 2) break;
+    EXPECT_EQ(arrive(liar, grant), Verdict::take) << "open again";
+    take(scheduler_.result_invalid(liar, grant.lease, 1, grant.task, "", now_));
+  }
+  EXPECT_EQ(dropped_, std::vector<WorkerId>{liar});
+  scheduler_.worker_left(liar, false, now_);
+  const WorkerId again = join("liar");
+  EXPECT_TRUE(held_[again].empty());
+  EXPECT_EQ(again, liar);
+  EXPECT_EQ(scheduler_.workers(now_).at(0).state, "quarantined");
+  EXPECT_TRUE(failed_.empty());
+}
+
+TEST_F(ScheduleTest, AResultThatWasNeverGrantedToTheIdentityIsRejected) {
+  add(1, spec(20, 1));
+  const WorkerId a = join("a");
+  const WorkerId b = join("b");
+  const GrantLease grant = held_[a].at(0);
+  EXPECT_EQ(arrive(b, grant), Verdict::rejected) << "another's lease";
+  GrantLease other = grant;
+  other.task.tile = 15;
+  EXPECT_EQ(arrive(a, other), Verdict::rejected) << "another task";
+  GrantLease made_up = grant;
+  made_up.lease.number += 1;
+  EXPECT_EQ(arrive(a, made_up), Verdict::rejected);
+  EXPECT_EQ(
+      scheduler_.result_arrived(a, grant.lease, 1, digest_of("another plan"), grant.task, now_),
+      Verdict::rejected);
+  EXPECT_LE(*scheduler_.next_deadline(), now_);
+  pass(0);
+  EXPECT_EQ(dropped_, std::vector<WorkerId>{a}) << "three times is enough";
+}
+
+TEST_F(ScheduleTest, TheSameIdentityKeepsItsIdUnlessItsOldConnectionHasNotEnded) {
+  const WorkerId first = join("a");
+  leave(first, false);
+  EXPECT_EQ(join("a"), first);
+  const WorkerId second = join("a");
+  EXPECT_NE(second, first);
+  EXPECT_EQ(dropped_, std::vector<WorkerId>{first});
+  leave(first, false);  // the old connection's end comes late
+  ASSERT_EQ(scheduler_.workers(now_).size(), 1);
+  EXPECT_EQ(scheduler_.workers(now_)[0].id, second);
+  leave(second, true);
+  EXPECT_EQ(join("a"), second);
+}
+
+TEST_F(ScheduleTest, AfterARestartOldLeasesAreTakenAndClosedTasksAreNotGrantedAgain) {
+  add(1, spec(3, 4));
+  const WorkerId a = join("a");
+  ready(a);
+  const GrantLease old = held_[a].at(1);
+  EXPECT_EQ(old.task, (TaskId{1, 1, 0}));
+  finish_one(a);
+
+  SchedulerSettings settings;
+  settings.epoch = 2;
+  Scheduler next(settings);
+  take(next.add_job(1, plans_[1], now_));
+  next.restore_closed(1, {1, 0, 0});
+  next.restore_build(1, digest_of("build"));
+  take(next.tile_folded(1, 1, 0, 1, now_));
+  held_.clear();
+  EXPECT_TRUE(next.worker_joined({"x", "x", 1, digest_of("other build")}, now_).actions.empty());
+  auto joined = next.worker_joined({"a", "a", 1, digest_of("build")}, now_);
+  for (const Action& action : joined.actions) {
+    const auto* grant = std::get_if<GrantLease>(&action);
+    ASSERT_NE(grant, nullptr);
+    EXPECT_EQ(grant->lease.epoch, 2);
+    EXPECT_NE(grant->task, (TaskId{1, 0, 0}));
+  }
+  EXPECT_EQ(next.result_arrived(joined.worker, old.lease, 1, plans_[1]->digest, old.task, now_),
+            Verdict::take);
+  EXPECT_EQ(next.job(1, now_)->tasks_done, 1);
+}
+
+TEST(LeaseNumbers, AreSipHashAsItsAuthorsPublishedIt) {
+  std::array<std::uint8_t, 16> key{};
+  std::vector<std::uint8_t> message(15);
+  for (std::size_t i = 0; i < key.size(); ++i) key[i] = static_cast<std::uint8_t>(i);
+  for (std::size_t i = 0; i < message.size(); ++i) message[i] = static_cast<std::uint8_t>(i);
+  EXPECT_EQ(siphash(key, message), 0xa129ca6149be45e5ULL);
+}
+
+TEST(LeaseNumbers, OfTheFutureOrOfAnotherKeyWereNotGranted) {
+  LeaseNumbers numbers(3, {1});
+  const TaskId task{1, 2, 3};
+  const LeaseId lease = numbers.next("a", 1, task);
+  EXPECT_TRUE(numbers.granted(lease, "a", 1, task));
+  EXPECT_FALSE(numbers.granted(lease, "a", 2, task));
+  EXPECT_FALSE(LeaseNumbers(3, {1}).granted(lease, "a", 1, task)) << "it has granted none yet";
+  EXPECT_FALSE(LeaseNumbers(2, {1}).granted(lease, "a", 1, task));
+  EXPECT_TRUE(LeaseNumbers(4, {1}).granted(lease, "a", 1, task));
+  EXPECT_FALSE(LeaseNumbers(4, {2}).granted(lease, "a", 1, task));
+}
+
+}  // namespace
+}  // namespace tessera::server
