@@ -1,0 +1,103 @@
+#include "worker/agent/path_renderer.hpp"
+
+#include <fmt/format.h>
+#include <gnu/libc-version.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <utility>
+
+#include "common/base/build_info.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/scene_file.hpp"
+#include "worker/render/render_task.hpp"
+#include "worker/scene/build.hpp"
+
+namespace tessera::agent {
+
+namespace {
+class PathScene : public PreparedScene {
+ public:
+  explicit PathScene(render::Scene built) : scene(std::move(built)) {}
+  render::Scene scene;
+};
+
+const render::Scene& scene_of(const PreparedScene& prepared) {
+  return dynamic_cast<const PathScene&>(prepared).scene;
+}
+
+class PathRenderer : public TaskRenderer {
+ public:
+  explicit PathRenderer(int threads)
+      : limit_(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        arena_(threads),
+        threads_(threads),
+        build_id_(
+            digest_of(fmt::format("{}\n{}\n{}\nglibc {}\n{}\n", version(), build_commit(),
+                                  build_flags(), gnu_get_libc_version(), device_.version()))) {}
+
+  Digest build_id() const override { return build_id_; }
+  int threads() const override { return threads_; }
+
+  std::shared_ptr<const PreparedScene> prepare(const assets::Bundle& bundle,
+                                               const SceneFiles& files, const Fraction& progress,
+                                               std::stop_token stop) override {
+    scene::LoadedScene loaded = scene::load_scene(scene::BundleFiles(files), bundle.scene);
+    if (stop.stop_requested()) return nullptr;
+    progress(0.5);
+    const accel::Progress building = [&](double fraction) {
+      progress(0.5 + 0.5 * fraction);
+      return !stop.stop_requested();
+    };
+    try {
+      return arena_.execute([&] {
+        return std::make_shared<const PathScene>(
+            worker::build_scene(std::move(loaded.scene), device_, building));
+      });
+    } catch (const Error&) {
+      if (stop.stop_requested()) return nullptr;  // the build says that it was given up
+      throw;
+    }
+  }
+
+  void check(const PreparedScene& scene, const JobSpec& spec) const override {
+    render::check_request(scene_of(scene), request_of(spec, {}));
+  }
+
+  std::optional<RenderedTile> render(const PreparedScene& scene, const JobSpec& spec,
+                                     const RenderRequest& request, const Fraction& progress,
+                                     std::stop_token stop) override {
+    std::optional<render::RenderedTask> done =
+        render::render_task(scene_of(scene), request_of(spec, request), arena_, progress, stop);
+    if (!done) return std::nullopt;
+    return RenderedTile{.image = std::move(done->image),
+                        .samples = done->stats.samples,
+                        .rays = done->stats.rays,
+                        .rejected = done->stats.rejected,
+                        .seconds = done->stats.seconds,
+                        .cpu_seconds = done->stats.cpu_seconds};
+  }
+
+ private:
+  static render::TaskRequest request_of(const JobSpec& spec, const RenderRequest& request) {
+    return {.settings = spec.render,
+            .camera = spec.camera,
+            .frame = request.frame,
+            .window = request.window,
+            .samples = request.samples,
+            .aovs = request.aovs};
+  }
+
+  tbb::global_control limit_;
+  tbb::task_arena arena_;
+  accel::Device device_;
+  int threads_;
+  Digest build_id_;
+};
+}  // namespace
+
+std::unique_ptr<TaskRenderer> make_path_renderer(int threads) {
+  return std::make_unique<PathRenderer>(threads);
+}
+
+}  // namespace tessera::agent

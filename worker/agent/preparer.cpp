@@ -1,0 +1,120 @@
+#include "worker/agent/preparer.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+
+namespace tessera::agent {
+
+namespace {
+/// The files stay pinned in the cache as long as the scene may read them.
+class PinnedScene : public PreparedScene {
+ public:
+  PinnedScene(std::shared_ptr<const PreparedScene> scene, FetchedBundle files)
+      : scene_(std::move(scene)), files_(std::move(files)) {}
+
+ private:
+  std::shared_ptr<const PreparedScene> scene_;
+  FetchedBundle files_;
+};
+}  // namespace
+
+Preparer::Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress)
+    : renderer_(renderer),
+      fetcher_(fetcher),
+      on_end_(std::move(on_end)),
+      on_progress_(std::move(on_progress)),
+      thread_([this] { work(); }) {}
+
+Preparer::~Preparer() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    stop_.request_stop();
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void Preparer::begin(PrepareOrder order) {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = std::stop_source{};
+    next_ = std::move(order);
+  }
+  wake_.notify_all();
+}
+
+void Preparer::stop() {
+  const std::lock_guard lock(mutex_);
+  stop_.request_stop();
+}
+
+void Preparer::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [this] { return next_.has_value() || ending_; });
+    if (ending_) return;
+    const PrepareOrder order = *std::exchange(next_, std::nullopt);
+    const std::stop_token stop = stop_.get_token();
+    lock.unlock();
+    PrepareEnd end = prepare(order, stop);
+    on_end_(std::move(end));
+    lock.lock();
+  }
+}
+
+PrepareEnd Preparer::prepare(const PrepareOrder& order, const std::stop_token& stop) {
+  std::string step = "fetch";
+  PrepareEnd end;
+  try {
+    end.scene = build(order, stop, step);
+  } catch (const std::bad_alloc&) {
+    end.code = "memory";
+    end.reason = "there is not enough memory to build the scene";
+  } catch (const std::exception& error) {
+    end.code = step;
+    end.reason = error.what();
+  }
+  if (stop.stop_requested()) end = {};
+  return end;
+}
+
+std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
+                                                     const std::stop_token& stop,
+                                                     std::string& step) {
+  const JobSpec& spec = order.plan->spec;
+  std::erase_if(built_, [](const auto& entry) { return entry.second.expired(); });
+  if (auto scene = built_[spec.bundle].lock()) {
+    step = "scene";
+    renderer_.check(*scene, spec);
+    return scene;
+  }
+  const auto began = std::chrono::steady_clock::now();
+  auto fetched = fetcher_.fetch(
+      spec.bundle, order.blob_url, order.blob_token,
+      [this](double fraction) { on_progress_(0.5 * fraction); }, stop);
+  if (!fetched) return nullptr;
+  const auto fetched_at = std::chrono::steady_clock::now();
+  step = "scene";
+  const auto scene = renderer_.prepare(
+      fetched->bundle, fetched->files,
+      [this](double fraction) { on_progress_(0.5 + 0.5 * fraction); }, stop);
+  if (!scene) return nullptr;
+  renderer_.check(*scene, spec);
+  log::info("job {}: {} files fetched in {:.3f} s, scene built in {:.3f} s", order.job.first,
+            fetched->files.size(), seconds(fetched_at - began),
+            seconds(std::chrono::steady_clock::now() - fetched_at));
+  // The pins live as long as the scene: both hang on one count.
+  const auto pinned = std::make_shared<const PinnedScene>(scene, std::move(*fetched));
+  std::shared_ptr<const PreparedScene> shared(pinned, scene.get());
+  built_[spec.bundle] = shared;
+  return shared;
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,60 @@
+#pragma once
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "worker/agent/agent_state.hpp"
+#include "worker/agent/fetch.hpp"
+#include "worker/agent/renderer.hpp"
+
+/// The thread that fetches and builds scenes.
+namespace tessera::agent {
+
+/// How a scene's preparation ended: with a scene, a failure, or neither where it was stopped.
+struct PrepareEnd {
+  std::shared_ptr<const PreparedScene> scene;
+  std::string code;  ///< "fetch", "scene" or "memory"; empty: no failure
+  std::string reason;
+};
+
+/// One scene at a time. Two jobs with the same bundle share one scene. Functions are thread-safe;
+/// callbacks come from its thread.
+class Preparer {
+ public:
+  using OnEnd = std::function<void(PrepareEnd)>;
+  Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress);
+  /// Stops, and waits.
+  ~Preparer();
+  Preparer(const Preparer&) = delete;
+  Preparer& operator=(const Preparer&) = delete;
+
+  /// Only after the end of the one before.
+  void begin(PrepareOrder order);
+  void stop();
+
+ private:
+  void work();
+  PrepareEnd prepare(const PrepareOrder& order, const std::stop_token& stop);
+  std::shared_ptr<const PreparedScene> build(const PrepareOrder& order, const std::stop_token& stop,
+                                             std::string& step);
+
+  TaskRenderer& renderer_;
+  Fetcher& fetcher_;
+  OnEnd on_end_;
+  Fraction on_progress_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ending_ = false;
+  std::optional<PrepareOrder> next_;
+  std::stop_source stop_{std::nostopstate};
+  std::map<Digest, std::weak_ptr<const PreparedScene>> built_;  ///< by bundle; of this thread alone
+  std::thread thread_;
+};
+
+}  // namespace tessera::agent
