@@ -1,0 +1,145 @@
+#include "server/coordinator/job_table.hpp"
+
+#include <gmock/gmock.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.hpp"
+#include "server/coordinator/frame_file.hpp"
+#include "tests/unit/session/synthetic.hpp"
+
+namespace tessera::server {
+namespace {
+
+using std::chrono::seconds;
+
+JobRecord record() {
+  JobRecord record;
+  record.id = 3;
+  record.spec.name = "table";
+  record.spec.render.width = 40;
+  record.spec.render.height = 30;
+  record.spec.render.samples = 10;
+  record.spec.tile = 16;
+  record.priority = 5;
+  return record;
+}
+
+Instant at(int second) { return Instant(seconds(1000 + second)); }
+
+TEST(Job, IsDoneOnlyOnceItsFilesAreWritten) {
+  Job job(record(), at(0), 0);
+  JobView view;
+  view.id = 3;
+  view.state = "done";
+  view.samples = view.samples_done = 12000;
+  EXPECT_EQ(job.status(view, at(1)).view.state, "rendering");
+  job.record.state = "done";
+  job.ended = true;
+  EXPECT_EQ(job.status(view, at(1)).view.state, "done");
+  EXPECT_EQ(job.status(std::nullopt, at(1)).progress, 1);
+}
+
+TEST(Job, RenderTimeRunsFromTheFirstLeaseToTheLastFold) {
+  Job job(record(), at(0), 0);
+  EXPECT_EQ(job.render_seconds(at(9)), 0);
+  job.first_lease = at(10);
+  job.last_fold = at(12);
+  EXPECT_EQ(job.render_seconds(at(15)), 5);
+  job.ending = true;
+  EXPECT_EQ(job.render_seconds(at(15)), 2);
+  EXPECT_EQ(job.end_record("done", "", at(15), 77).render_seconds, 2);
+  EXPECT_EQ(job.end_record("done", "", at(15), 77).finished, 77);
+}
+
+TEST(Job, RenderTimeGoesOnOverARestart) {
+  JobRecord started = record();
+  started.started = 100'000;
+  const Job job(started, at(50), 130'000);
+  EXPECT_EQ(job.render_seconds(at(51)), 31);
+}
+
+TEST(Job, SharesAreCountedByWorkerMostFirst) {
+  Job job(record(), at(0), 0);
+  Digest build;
+  build.bytes[0] = 9;
+  job.count("b", 10, 100, 1, build);
+  job.count("a", 10, 50, 0, Digest());
+  job.count("c", 30, 7, 2, build);
+  const JobStatus status = job.status(std::nullopt, at(1));
+  ASSERT_EQ(status.shares.size(), 3U);
+  EXPECT_EQ(status.shares[0].worker, "c");
+  EXPECT_EQ(status.shares[1].worker, "a");
+  EXPECT_EQ(status.rays, 157);
+  EXPECT_EQ(status.rejected_samples, 3);
+  EXPECT_EQ(status.view.build, build) << "of the first result";
+  // What the store keeps gives the same shares back.
+  const Job again(job.end_record("cancelled", "", at(2), 1), at(3), 2);
+  EXPECT_EQ(again.status(std::nullopt, at(3)).shares[0].samples, 30);
+  EXPECT_EQ(again.status(std::nullopt, at(3)).view.state, "cancelled");
+}
+
+TEST(Job, PriorityOfTheRecordCountsAndNotThatOfTheSpec) {
+  const Job job(record(), at(0), 0);
+  EXPECT_EQ(job.plan->spec.priority, 5);
+  EXPECT_EQ(job.plan->digest, JobPlan(record().spec).digest);
+}
+
+TEST(JobEvent, IsOneJsonObjectWhateverTheTexts) {
+  Job job(record(), at(0), 0);
+  job.record.error = "bad \xff byte and \"quotes\"";
+  const auto json = nlohmann::json::parse(job_event(job.status(std::nullopt, at(0))));
+  EXPECT_EQ(json["id"], 3);
+  EXPECT_EQ(json["state"], "queued");
+  EXPECT_THAT(json["error"].get<std::string>(), testing::HasSubstr("quotes"));
+}
+
+class Files : public testing::Test {
+ protected:
+  Files() {
+    std::string name = (std::filesystem::temp_directory_path() / "tessera-files-XXXXXX").string();
+    data = ::mkdtemp(name.data());
+  }
+  ~Files() override { std::filesystem::remove_all(data); }
+  static std::vector<std::byte> bytes(std::size_t count, char value) {
+    return {count, std::byte(value)};
+  }
+  std::filesystem::path data;
+};
+
+TEST_F(Files, AreWholeUnderTheirNameOrNotThere) {
+  const auto file = frame_path(data, 12, 7);
+  EXPECT_EQ(file, data / "jobs" / "12" / "frame-0007.exr");
+  write_whole(file, bytes(10, 'a'), true);
+  write_whole(file, bytes(5, 'b'), false);
+  EXPECT_EQ(read_whole(file), bytes(5, 'b'));
+  std::filesystem::create_directories(file.string() +
+                                      ".part");  // the temporary name cannot be opened
+  EXPECT_THROW(write_whole(file, bytes(3, 'c'), false), Error);
+  EXPECT_EQ(read_whole(file), bytes(5, 'b'));
+}
+
+TEST_F(Files, AreFoundAgainAfterAStartAndLeftoversAreRemoved) {
+  for (const int frame : {-3, 1, 12345})
+    write_whole(frame_path(data, 2, frame), bytes(1, 'x'), false);
+  const auto leftover = job_folder(data, 2) / "frame-0009.exr.part";
+  std::ofstream(leftover) << "half";
+  EXPECT_THAT(frames_on_disk(data, 2), testing::ElementsAre(-3, 1, 12345));
+  EXPECT_FALSE(std::filesystem::exists(leftover));
+  EXPECT_TRUE(frames_on_disk(data, 3).empty());
+}
+
+TEST_F(Files, PictureOfAFileIsThatOfItsFilm) {
+  const JobPlan plan(record().spec);
+  const FilmSnapshot film = straight_fold(plan, 1);
+  const auto file = frame_path(data, 3, 1);
+  write_whole(file, encode_frame_exr(film, image::Metadata()), false);
+  EXPECT_EQ(png_of_file(file, 0.5), encode_frame_png(film, 0.5));
+  EXPECT_EQ(resolve_rgba(film_of_file(file, plan.grid, 9)), resolve_rgba(film));
+  EXPECT_EQ(film_of_file(file, plan.grid, 9).version, 9U);
+}
+
+}  // namespace
+}  // namespace tessera::server

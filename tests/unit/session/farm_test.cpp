@@ -1,0 +1,340 @@
+#include "tests/unit/session/farm.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+namespace tessera::server {
+namespace {
+
+using testing::HasSubstr;
+
+/// Nothing if the job's final file has the bits of a straight fold.
+std::optional<std::string> difference_from_straight_fold(const Farm& farm, const JobSpec& spec,
+                                                         JobId id, int frame = 1) {
+  return image::difference(image::read_exr_file(farm.final_file(id, frame)),
+                           expected_exr(JobPlan(spec), frame));
+}
+
+TEST(Farm, JobEndsInAFileWithTheBitsOfAStraightFold) {
+  Farm farm;
+  const JobSpec spec = farm.spec();
+  JobId id = 0;
+  ScriptedWorker one("one", 'a');
+  ScriptedWorker two("two", 'b');
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await one.connect(farm);
+    co_await two.connect(farm);
+    EXPECT_EQ(one.welcome.epoch, 1U);
+    EXPECT_EQ(one.welcome.blob_url, "http://127.0.0.1:8420");
+    id = co_await farm.coordinator->submit(spec);
+    bool done = false;
+    const std::function<bool()> enough = [&] { return done; };
+    const auto first = farm.go(one.work(enough));
+    const auto second = farm.go(two.work(enough));
+    co_await farm.until_state(id, "done");
+    done = true;
+    while (!*first || !*second) co_await sleep_for(std::chrono::milliseconds(1));
+    const auto status = farm.coordinator->job(id);
+    const JobPlan plan(spec);
+    EXPECT_EQ(status->progress, 1);
+    EXPECT_EQ(status->view.tasks_done, plan.tasks());
+    EXPECT_EQ(status->rays, 2LL * 50 * 37 * 20);
+    EXPECT_GT(status->started, 0);
+    EXPECT_GE(status->finished, status->started);
+    std::int64_t shared = 0;
+    for (const auto& share : status->shares) shared += share.samples;
+    EXPECT_EQ(shared, 50LL * 37 * 20);
+    EXPECT_EQ(one.accepted + two.accepted, static_cast<std::size_t>(plan.tasks()));
+    EXPECT_TRUE(one.outbox.empty() && two.outbox.empty());
+  };
+  farm.run(scenario());
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+  const image::ExrImage file = image::read_exr_file(farm.final_file(id));
+  EXPECT_EQ(file.metadata.text("tessera.scene"), spec.bundle.hex());
+  EXPECT_EQ(file.metadata.text("tessera.samples"), "20");
+  EXPECT_NE(file.metadata.text("tessera.build"), "");
+  EXPECT_NE(file.metadata.text("tessera.render_seconds"), "");
+}
+
+TEST(Farm, OrderOfArrivalDoesNotChangeTheBits) {
+  Farm farm;
+  const JobSpec spec = farm.spec(40, 23, 16, 100);
+  JobId id = 0;
+  ScriptedWorker worker("late");
+  std::vector<wire::Assign> orders;
+  worker.on_assign = [&](const wire::Assign& order) { orders.push_back(order); };
+  // Whatever was handed out comes back last pass first, and only when no more orders come.
+  worker.on_idle = [&] {
+    std::sort(orders.begin(), orders.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.task.pass, a.task.tile) > std::pair(b.task.pass, b.task.tile);
+    });
+    for (const auto& order : orders) worker.deliver(order);
+    orders.clear();
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    bool done = false;
+    const auto working = farm.go(worker.work([&] { return done; }));
+    co_await farm.until_state(id, "done");
+    done = true;
+    while (!*working) co_await sleep_for(std::chrono::milliseconds(1));
+  };
+  farm.run(scenario());
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+TEST(Farm, KilledInTheMiddleItGoesOnWithTheSameBits) {
+  Farm farm;
+  const JobSpec spec = farm.spec(70, 50, 16, 30);
+  const JobPlan plan(spec);
+  JobId id = 0;
+  ScriptedWorker worker("steady");
+  std::size_t orders = 0;
+  worker.on_assign = [&](const wire::Assign& order) {
+    // The later half is rendered, but the answer is lost with the coordinator.
+    if (++orders < static_cast<std::size_t>(plan.tasks()) / 2) {
+      worker.deliver(order);
+    } else {
+      worker.outbox[order.lease] = {worker.result_of(order),
+                                    std::make_shared<const std::vector<std::byte>>(
+                                        image::encode_tile(worker.tile_of(order)))};
+    }
+  };
+  const auto before = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    const auto half = static_cast<std::size_t>(plan.tasks()) / 2 - 1;
+    co_await worker.work([&] { return worker.accepted >= half && !worker.outbox.empty(); });
+    worker.vanish();
+  };
+  farm.run(before());
+  const std::size_t undelivered = worker.outbox.size();
+  EXPECT_GT(undelivered, 0U);
+  farm.kill();
+
+  const auto reopened = std::chrono::steady_clock::now();
+  farm.start();
+  EXPECT_LT(std::chrono::steady_clock::now() - reopened, std::chrono::seconds(2));
+  worker.on_assign = nullptr;
+  const auto after = [&]() -> awaitable<void> {
+    const auto status = farm.coordinator->job(id);
+    EXPECT_EQ(status->view.state, "rendering");
+    EXPECT_GT(status->progress, 0.1);
+    EXPECT_GT(status->rays, 0);
+    // The picture so far is there before anything new comes.
+    const auto version = farm.coordinator->version(id, 1);
+    EXPECT_GT(version.value_or(0), 0U);
+    const Picture picture = co_await farm.coordinator->exr(id, 1);
+    EXPECT_EQ(picture.version, *version);
+    const std::size_t accepted = worker.accepted;
+    co_await worker.connect(farm);
+    EXPECT_EQ(worker.welcome.epoch, 2U);
+    bool done = false;
+    const auto working = farm.go(worker.work([&] { return done; }));
+    co_await farm.until_state(id, "done");
+    done = true;
+    while (!*working) co_await sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(worker.rejected.size(), 0U);
+    EXPECT_GE(worker.accepted, accepted + undelivered);  // its outbox was taken in
+    EXPECT_EQ(worker.accepted, static_cast<std::size_t>(plan.tasks()));
+    EXPECT_GT(farm.coordinator->version(id, 1).value_or(0), *version);
+  };
+  farm.run(after());
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+TEST(Farm, DoneJobAnswersFromItsFileAfterARestart) {
+  Farm farm;
+  const JobSpec spec = farm.spec(20, 20, 16, 5);
+  JobId id = 0;
+  ScriptedWorker worker("once");
+  Picture before;
+  const auto first = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+    before = co_await farm.coordinator->png(id, 1, 0);
+    worker.leave();
+    co_await farm.halt();
+  };
+  farm.run(first());
+  worker.vanish();
+  farm.io.reset();
+  farm.start();
+  const auto second = [&]() -> awaitable<void> {
+    const auto status = farm.coordinator->job(id);
+    EXPECT_EQ(status->view.state, "done");
+    EXPECT_EQ(status->progress, 1);
+    EXPECT_GT(status->rays, 0);
+    EXPECT_EQ(status->shares.at(0).worker, "once");
+    const Picture after = co_await farm.coordinator->png(id, 1, 0);
+    EXPECT_EQ(after.version, before.version);
+    EXPECT_EQ(*after.bytes, *before.bytes);
+    const Picture all = co_await farm.coordinator->tiles(id, 1, 0);
+    const Picture none = co_await farm.coordinator->tiles(id, 1, after.version);
+    EXPECT_GT(all.bytes->size(), none.bytes->size() + 20 * 20 * 8 - 1);
+  };
+  farm.run(second());
+}
+
+TEST(Farm, EachFrameOfARangeHasItsFile) {
+  Farm farm;
+  JobSpec spec = farm.spec(20, 10, 16, 5);
+  spec.frames = {3, 7, 2};
+  JobId id = 0;
+  ScriptedWorker worker("frames");
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+  };
+  farm.run(scenario());
+  for (const int frame : {3, 5, 7})
+    EXPECT_EQ(difference_from_straight_fold(farm, spec, id, frame), std::nullopt);
+}
+
+/// One wrong result, and what the worker is told; then the job is done by another.
+std::string reason_for(
+    const std::function<void(wire::Result&, image::TileImage&, std::vector<std::byte>&)>& spoil) {
+  Farm farm;
+  const JobSpec spec = farm.spec(30, 20, 16, 4);
+  JobId id = 0;
+  ScriptedWorker cheat("cheat", 'c');
+  ScriptedWorker good("good", 'd');
+  bool spoiled = false;
+  cheat.on_assign = [&](const wire::Assign& order) {
+    if (spoiled || order.task.tile != 0 || order.task.pass != 0) return;
+    spoiled = true;
+    wire::Result result = cheat.result_of(order);
+    image::TileImage tile = cheat.tile_of(order);
+    std::vector<std::byte> bytes;
+    spoil(result, tile, bytes);
+    if (bytes.empty()) bytes = image::encode_tile(tile);
+    cheat.deliver(result, std::move(bytes));
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await cheat.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await cheat.work([&] { return !cheat.rejected.empty(); });
+    cheat.vanish();
+    co_await good.connect(farm);
+    co_await good.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+  };
+  farm.run(scenario());
+  EXPECT_EQ(cheat.accepted, 0U);
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+  return cheat.rejected.empty() ? "" : cheat.rejected.front().reason;
+}
+
+TEST(InvalidTile, OfTheWrongSizeIsRejectedWithBothSizes) {
+  const std::string reason =
+      reason_for([](wire::Result&, image::TileImage& tile, std::vector<std::byte>&) {
+        tile.window.width = 8;
+        tile.values.resize(tile.channels() * tile.pixels());
+      });
+  EXPECT_EQ(reason, "tile EXR: data window: expected 16x16 at 0,0, found 8x16 at 0,0");
+}
+
+TEST(InvalidTile, WithNaNIsRejectedWithItsPixel) {
+  const std::string reason =
+      reason_for([](wire::Result&, image::TileImage& tile, std::vector<std::byte>&) {
+        tile.plane(image::G)[16 * 2 + 3] = std::numeric_limits<float>::quiet_NaN();
+      });
+  EXPECT_EQ(reason, "tile EXR: channel G at pixel 3,2: expected a finite number, found nan");
+}
+
+TEST(InvalidTile, ThatIsNoEXRIsRejected) {
+  const std::string reason =
+      reason_for([](wire::Result&, image::TileImage&, std::vector<std::byte>& bytes) {
+        bytes.assign(1000, std::byte{'x'});
+      });
+  EXPECT_EQ(reason, "tile EXR: magic number: expected that of an EXR file, found 0x78787878");
+}
+
+TEST(InvalidTile, CutShortIsRejected) {
+  const std::string reason =
+      reason_for([](wire::Result&, image::TileImage& tile, std::vector<std::byte>& bytes) {
+        bytes = image::encode_tile(tile);
+        bytes.resize(bytes.size() - 100);
+      });
+  EXPECT_THAT(reason, HasSubstr("tile EXR"));
+}
+
+TEST(InvalidTile, OfAnotherSampleCountIsRejectedWithBothCounts) {
+  const std::string reason =
+      reason_for([](wire::Result&, image::TileImage& tile, std::vector<std::byte>&) {
+        tile.samples = {2, 2};
+      });
+  EXPECT_THAT(reason, HasSubstr("tessera.samples.beauty"));
+  EXPECT_THAT(reason, HasSubstr("expected 1, found 2"));
+}
+
+TEST(InvalidTile, WhoseStatisticsDoNotFitIsRejected) {
+  const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
+                                           std::vector<std::byte>&) { result.samples += 5; });
+  EXPECT_EQ(reason, "samples: expected 256 for frame 1 tile 0 pass 0, found 261");
+}
+
+TEST(InvalidTile, ForALeaseThatItDoesNotHoldIsRejected) {
+  const std::string reason =
+      reason_for([](wire::Result& result, image::TileImage&, std::vector<std::byte>&) {
+        result.lease.number ^= 0x5a5a;
+      });
+  EXPECT_THAT(reason, HasSubstr("was not granted to this worker for frame 1 tile 0 pass 0"));
+}
+
+TEST(InvalidTile, OfAnotherPlanIsRejected) {
+  const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
+                                           std::vector<std::byte>&) { result.plan.bytes[0] ^= 1; });
+  EXPECT_EQ(reason, "the result is of another plan than the job's");
+}
+
+TEST(Farm, SecondResultOfATaskIsStaleAndChangesNothing) {
+  Farm farm;
+  const JobSpec spec = farm.spec(30, 20, 16, 20);
+  JobId id = 0;
+  ScriptedWorker worker("twice");
+  worker.on_assign = [&](const wire::Assign& order) {
+    worker.deliver(order);
+    image::TileImage other = worker.tile_of(order);
+    for (float& value : other.values) value = 0.25F;
+    worker.deliver(worker.result_of(order), image::encode_tile(other));
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work(
+        [&] { return farm.coordinator->job(id)->view.state == "done" && worker.outbox.empty(); });
+  };
+  farm.run(scenario());
+  EXPECT_EQ(worker.accepted, static_cast<std::size_t>(JobPlan(spec).tasks()));
+  EXPECT_EQ(worker.stale, worker.accepted);
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+TEST(Farm, WorkOfAWorkerThatVanishesIsDoneByAnother) {
+  Farm farm;
+  const JobSpec spec = farm.spec(30, 20, 16, 20);
+  JobId id = 0;
+  ScriptedWorker gone("gone", 'e');
+  ScriptedWorker other("other", 'f');
+  std::size_t orders = 0;
+  gone.on_assign = [&](const wire::Assign&) { ++orders; };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await gone.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await gone.work([&] { return orders > 0; });
+    gone.vanish();
+    const auto lost = std::chrono::steady_clock::now();
+    co_await other.connect(farm);
+    co_await other.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+    EXPECT_LT(std::chrono::steady_clock::now() - lost, std::chrono::seconds(3));
+  };
+  farm.run(scenario());
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+}  // namespace
+}  // namespace tessera::server
