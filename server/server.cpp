@@ -81,22 +81,26 @@ struct Server::State {
         coordinator(Coordinator::open(context.get_executor(), coordinator_settings(settings))),
         blobs(settings.data / "blobs", settings.durable),
         api(*coordinator, blobs, files, api_settings(settings, blob_token)) {
+    try {
+      listen(context);
+    } catch (...) {
+      abandon(context);
+      throw;
+    }
+    boost::asio::post(files, [this] { blobs.remove_partials(partial_age); });
+  }
+  ~State() { files.join(); }
+
+  void listen(boost::asio::io_context& context) {
     HttpSettings http;
     http.address = settings.http.host;
     http.port = settings.http.port;
     http_listener = HttpListener::open(context.get_executor(), api, files, http);
     settings.http.port = http_listener->port();
-    try {
-      worker_listener =
-          WorkerListener::open(context.get_executor(), *coordinator, session_settings());
-    } catch (...) {
-      abandon(context);
-      throw;
-    }
+    worker_listener =
+        WorkerListener::open(context.get_executor(), *coordinator, session_settings());
     settings.listen.port = worker_listener->port();
-    boost::asio::post(files, [this] { blobs.remove_partials(partial_age); });
   }
-  ~State() { files.join(); }
 
   static ServerSettings checked(ServerSettings settings) {
     check(settings);
@@ -139,7 +143,7 @@ struct Server::State {
   }
 
   boost::asio::awaitable<void> stop() {
-    co_await http_listener->stop();
+    if (http_listener) co_await http_listener->stop();
     if (worker_listener) co_await worker_listener->stop();
     co_await coordinator->stop();
   }
