@@ -11,9 +11,9 @@
 namespace tessera::scene {
 
 inline constexpr std::array<std::string_view, 1> integrator_names{"path"};
-inline constexpr std::array<std::string_view, 1> sampler_names{"sobol_owen"};
-inline constexpr std::array<std::string_view, 4> filter_names{"blackman_harris", "box", "gaussian",
-                                                              "tent"};
+inline constexpr std::array<std::string_view, 2> sampler_names{"sobol_owen", "independent"};
+inline constexpr std::array<std::string_view, 4> filter_names{"box", "tent", "gaussian",
+                                                              "blackman_harris"};
 
 /// Throws Error{bad_input} that names the nearest, at the key `key`, if `name` is not in `names`.
 void check_name(std::string_view kind, std::string_view name,

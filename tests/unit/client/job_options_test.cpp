@@ -1,0 +1,114 @@
+#include "client/job_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/client/support.hpp"
+
+namespace tessera::client {
+namespace {
+
+scene::Scene scene_of() {
+  scene::Scene scene;
+  scene.name = "Ball";
+  scene.cameras = {{.name = "left"}, {.name = "right"}};
+  scene.render.width = 40;
+  scene.render.height = 30;
+  scene.render.samples = 9;
+  scene.render.seed = 5;
+  scene.render.filter = "tent";
+  return scene;
+}
+
+TEST(JobOptions, what_is_not_given_is_the_scenes) {
+  const JobSpec spec = job_from(scene_of(), {}, digest_of("bundle"));
+  EXPECT_EQ(spec.name, "Ball");
+  EXPECT_EQ(spec.bundle, digest_of("bundle"));
+  EXPECT_EQ(spec.render, scene_of().render);
+  EXPECT_EQ(spec.camera, "");
+  EXPECT_EQ(spec.tile, JobSpec{}.tile);
+  EXPECT_EQ(spec.frames, FrameRange{});
+}
+
+TEST(JobOptions, what_is_given_wins) {
+  JobOptions options;
+  options.name = "Mine";
+  options.camera = "right";
+  options.size = Size{250, 131};
+  options.samples = 100;
+  options.bounces = 0;
+  options.sampler = "independent";
+  options.filter = "box";
+  options.filter_width = 2;
+  options.light_samples = 4;
+  options.seed = 77;
+  options.tile = 23;
+  options.pass = 12;
+  options.priority = -3;
+  options.mixed = true;
+  const JobSpec spec = job_from(scene_of(), options, Digest{});
+  EXPECT_EQ(spec.name, "Mine");
+  EXPECT_EQ(spec.camera, "right");
+  EXPECT_EQ(spec.render.width, 250);
+  EXPECT_EQ(spec.render.height, 131);
+  EXPECT_EQ(spec.render.samples, 100);
+  EXPECT_EQ(spec.render.bounces, 0);
+  EXPECT_EQ(spec.render.sampler, "independent");
+  EXPECT_EQ(spec.render.filter, "box");
+  EXPECT_EQ(spec.render.filter_width, 2);
+  EXPECT_EQ(spec.render.light_samples, 4);
+  EXPECT_EQ(spec.render.seed, 77U);
+  EXPECT_EQ(spec.tile, 23);
+  EXPECT_EQ(spec.pass, 12);
+  EXPECT_EQ(spec.priority, -3);
+  EXPECT_TRUE(spec.mixed);
+}
+
+TEST(JobOptions, a_scene_without_a_name_lends_the_job_its_files) {
+  scene::Scene scene = scene_of();
+  scene.name.clear();
+  JobOptions options;
+  options.scene = "a/b/shot-12.json";
+  EXPECT_EQ(job_from(scene, options, Digest{}).name, "shot-12");
+}
+
+void expect_refused(const std::function<void(JobOptions&)>& change, const std::string& key,
+                    const std::string& part) {
+  JobOptions options;
+  change(options);
+  const Error error = error_of([&] { (void)job_from(scene_of(), options, Digest{}); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_EQ(error.place().key, key);
+  EXPECT_NE(error.message().find(part), std::string::npos) << error.what();
+}
+
+TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
+  expect_refused([](JobOptions& o) { o.camera = "rigth"; }, "--camera", "did you mean \"right\"?");
+  expect_refused([](JobOptions& o) { o.filter = "tenf"; }, "--filter", "did you mean \"tent\"?");
+  expect_refused([](JobOptions& o) { o.integrator = "paht"; }, "--integrator",
+                 "did you mean \"path\"?");
+  expect_refused([](JobOptions& o) { o.sampler = "halton"; }, "--sampler",
+                 "expected one of: sobol_owen, independent");
+  expect_refused([](JobOptions& o) { o.samples = 1'000'000'000; }, "--samples",
+                 "from 1 to 16777216, found 1000000000");
+  expect_refused([](JobOptions& o) { o.samples = 0; }, "--samples", "found 0");
+  expect_refused([](JobOptions& o) { o.size = Size{0, 10}; }, "--size", "found 0");
+  expect_refused(
+      [](JobOptions& o) {
+        o.size = Size{1'000'000, 1'000'000};
+      },
+      "--size", "from 1 to 65536");
+  expect_refused([](JobOptions& o) { o.tile = 513; }, "--tile", "from 1 to 512");
+  expect_refused([](JobOptions& o) { o.light_samples = 0; }, "--light-samples", "found 0");
+  expect_refused([](JobOptions& o) { o.bounces = -1; }, "--bounces", "found -1");
+  expect_refused([](JobOptions& o) { o.priority = 101; }, "--priority", "found 101");
+}
+
+TEST(Size, is_read_whole_or_not_at_all) {
+  EXPECT_EQ(size_from("1920x1080"), (Size{1920, 1080}));
+  for (const char* text : {"", "1920", "1920x", "x1080", "1920X1080", "1920x1080 ", " 1920x1080",
+                           "1920x1080x3", "99999999999x1", "axb"})
+    EXPECT_EQ(error_of([&] { (void)size_from(text); }).place().key, "--size") << text;
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -1,0 +1,53 @@
+#include "client/prepare.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/client/support.hpp"
+
+namespace tessera::client {
+namespace {
+
+TEST(Prepare, the_bundle_names_the_scene_and_every_file_by_digest_and_size) {
+  const TemporaryFolder folder;
+  folder.write("meshes/a.obj", small_mesh);
+  folder.write("unused.obj", "nothing");
+  JobOptions options;
+  options.scene = folder.write("ball.json", small_scene);
+  const PreparedJob job = prepare(options);
+  EXPECT_EQ(job.bundle.scene, "ball.json");
+  ASSERT_EQ(job.bundle.files.size(), 2U);
+  EXPECT_EQ(job.bundle.files.at("ball.json").digest, digest_of(small_scene));
+  EXPECT_EQ(job.bundle.files.at("ball.json").size, small_scene.size());
+  EXPECT_EQ(job.bundle.files.at("meshes/a.obj").digest, digest_of(small_mesh));
+  EXPECT_EQ(job.spec.bundle, assets::digest_of_bundle(job.bundle));
+  EXPECT_EQ(job.spec.render.samples, 9);
+}
+
+TEST(Prepare, another_mesh_is_another_bundle) {
+  const TemporaryFolder folder;
+  folder.write("meshes/a.obj", small_mesh);
+  JobOptions options;
+  options.scene = folder.write("ball.json", small_scene);
+  const Digest before = prepare(options).spec.bundle;
+  folder.write("meshes/a.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
+  EXPECT_NE(prepare(options).spec.bundle, before);
+}
+
+TEST(Prepare, a_scene_that_is_not_there_is_bad_input) {
+  JobOptions options;
+  options.scene = "/nowhere/ball.json";
+  EXPECT_EQ(error_of([&] { (void)prepare(options); }).kind(), ErrorKind::bad_input);
+}
+
+TEST(Prepare, a_missing_mesh_is_bad_input_at_its_place) {
+  const TemporaryFolder folder;
+  JobOptions options;
+  options.scene = folder.write("ball.json", small_scene);
+  const Error error = error_of([&] { (void)prepare(options); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_EQ(error.place().key, "shapes[1].file");
+  EXPECT_NE(error.message().find("a.obj"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "common/base/digest.hpp"
+#include "scenes/generate/asteroid.hpp"
+#include "tests/unit/scene/support.hpp"
+
+namespace tessera::generate {
+namespace {
+
+using scene::TemporaryFolder;
+
+TEST(Asteroid, is_a_scene_of_at_least_the_triangles_asked_for_all_different) {
+  const TemporaryFolder folder;
+  write_asteroid(folder.path() / "new", 5000);
+  const scene::LoadedScene loaded = scene::load_scene(folder.path() / "new" / "asteroid.json");
+  ASSERT_EQ(loaded.files.size(), 2U);
+  const auto& mesh = std::get<scene::Mesh>(loaded.scene.shapes.at(0).geometry);
+  EXPECT_GE(mesh.triangles.size(), 5000U);
+  std::set<std::array<std::array<float, 3>, 3>> shapes;
+  for (const auto& t : mesh.triangles)
+    shapes.insert({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
+  EXPECT_EQ(shapes.size(), mesh.triangles.size());
+}
+
+TEST(Asteroid, is_the_same_bytes_every_time) {
+  const TemporaryFolder folder;
+  write_asteroid(folder.path() / "a", 1200);
+  write_asteroid(folder.path() / "b", 1200);
+  EXPECT_EQ(digest_of_file(folder.path() / "a" / "asteroid.obj"),
+            digest_of_file(folder.path() / "b" / "asteroid.obj"));
+}
+
+TEST(Asteroid, is_turned_outwards_and_closed_at_the_cubes_edges) {
+  const TemporaryFolder folder;
+  write_asteroid(folder.path(), 3000);
+  const scene::LoadedScene loaded = scene::load_scene(folder.path() / "asteroid.json");
+  const auto& mesh = std::get<scene::Mesh>(loaded.scene.shapes.at(0).geometry);
+  std::multiset<std::array<std::array<float, 3>, 2>> edges;
+  for (const auto& t : mesh.triangles) {
+    std::array<std::array<float, 3>, 3> p{mesh.positions[t[0]], mesh.positions[t[1]],
+                                          mesh.positions[t[2]]};
+    for (std::size_t i = 0; i < 3; ++i) edges.insert({p[i], p[(i + 1) % 3]});
+  }
+  for (const auto& edge : edges) {
+    EXPECT_EQ(edges.count(edge), 1U);
+    EXPECT_EQ(edges.count({edge[1], edge[0]}), 1U);  // the neighbour runs along it the other way
+  }
+}
+
+TEST(Noise, is_continuous_and_bounded) {
+  for (int i = 0; i < 2000; ++i) {
+    const Point p{i * 0.37 - 300, i * 0.11, -i * 0.29};
+    const double here = noise(p);
+    EXPECT_LE(std::abs(here), 1);
+    EXPECT_NEAR(noise({p[0] + 1e-7, p[1], p[2]}), here, 1e-5);
+  }
+}
+
+TEST(Asteroid, the_grid_is_the_smallest_that_has_enough) {
+  EXPECT_EQ(grid_side(12), 1U);
+  EXPECT_EQ(grid_side(13), 2U);
+  EXPECT_EQ(grid_side(1'200'000), 317U);
+}
+
+}  // namespace
+}  // namespace tessera::generate

@@ -1,0 +1,61 @@
+#include "tests/unit/scene/support.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace tessera::scene {
+
+namespace fs = std::filesystem;
+
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (fs::temp_directory_path() / "tessera-test-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+fs::path TemporaryFolder::write(const std::string& name, std::string_view text) const {
+  const fs::path file = path_ / name;
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
+}
+
+fs::path source_folder() {
+  const char* const folder = std::getenv("TESSERA_SOURCE_DIR");
+  return folder != nullptr ? fs::path(folder) : fs::current_path();
+}
+
+std::string text_of_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  EXPECT_TRUE(in) << file;
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+Scene parse(std::string_view text) { return parse_scene(text, "test.json", BundleFiles({})); }
+
+std::string scene_with(std::string_view members) {
+  return "{" + std::string(members) +
+         "\n\"tessera\": 1, \"camera\": {\"eye\": [0, 0, 5], \"target\": [0, 0, 0]}}";
+}
+
+Error error_of(std::string_view text) {
+  try {
+    (void)parse(text);
+  } catch (const Error& error) {
+    return error;
+  }
+  ADD_FAILURE() << "no error for " << text.substr(0, 200);
+  return Error(ErrorKind::failed, "none");
+}
+
+}  // namespace tessera::scene
