@@ -47,8 +47,9 @@ std::size_t pixels_of(const TileGrid& grid) {
 /// shows Inf.
 std::uint16_t half_of(float value) {
   constexpr float largest = 65504;
+  const __m128 clamped = _mm_set_ss(std::clamp(value, -largest, largest));
   return static_cast<std::uint16_t>(
-      _cvtss_sh(std::clamp(value, -largest, largest), _MM_FROUND_TO_NEAREST_INT));
+      _mm_extract_epi16(_mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT), 0));
 }
 
 void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
