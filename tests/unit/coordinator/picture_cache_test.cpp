@@ -20,11 +20,11 @@ class PictureCacheTest : public testing::Test {
     std::string error;
   };
 
-  std::shared_ptr<Answer> ask(const PictureKey& key, std::uint64_t at_least) {
+  std::shared_ptr<Answer> ask(const PictureKey& asked, std::uint64_t at_least) {
     auto answer = std::make_shared<Answer>();
     boost::asio::co_spawn(
         io,
-        cache.get(key, at_least,
+        cache.get(asked, at_least,
                   [this](PictureCache::Done done) { makes.push_back(std::move(done)); }),
         [answer](const std::exception_ptr& error, Picture picture) {
           answer->ended = true;
