@@ -17,12 +17,26 @@ namespace tessera::render::fast {
 
 namespace detail {
 
-/// c[0] + c[1]·x + … + c[N−1]·x^(N−1), by Horner.
-template <std::size_t N>
-constexpr double polynomial(double x, const double (&c)[N], std::size_t terms = N) {
-  double sum = c[terms - 1];
-  for (std::size_t i = terms - 1; i-- > 0;) sum = sum * x + c[i];
-  return sum;
+/// c[First] + c[First + 1]·x + … + c[First + Count − 1]·x^(Count − 1), in halves (Estrin): a chain
+/// of operations a third as long as Horner's.
+template <std::size_t First, std::size_t Count, std::size_t N>
+constexpr double polynomial_part(double x, const double (&c)[N]) {
+  if constexpr (Count == 1) {
+    return c[First];
+  } else if constexpr (Count == 2) {
+    return c[First] + c[First + 1] * x;
+  } else {
+    constexpr std::size_t low = std::bit_ceil(Count) / 2;
+    double power = x;
+    for (std::size_t n = 1; n < low; n *= 2) power *= power;
+    return polynomial_part<First, low>(x, c) +
+           polynomial_part<First + low, Count - low>(x, c) * power;
+  }
+}
+template <std::size_t Count, std::size_t N>
+constexpr double polynomial(double x, const double (&c)[N]) {
+  static_assert(Count <= N);
+  return polynomial_part<0, Count>(x, c);
 }
 
 // Taylor series: after the reductions below they converge fast enough to be as short as fitted
@@ -86,8 +100,8 @@ std::pair<double, double> sincos_of(double x) {
   const double n = round_near(x * 0.63661977236758134308);
   const double r = ((x - n * part1) - n * part2) - n * part3;
   const double r2 = r * r;
-  const double s = r * polynomial(r2, sin_terms, Terms<T>::sin);
-  const double c = polynomial(r2, cos_terms, Terms<T>::cos);
+  const double s = r * polynomial<Terms<T>::sin>(r2, sin_terms);
+  const double c = polynomial<Terms<T>::cos>(r2, cos_terms);
   const auto quadrant = static_cast<std::int64_t>(n) & 3;
   const double sin_x = (quadrant & 1) != 0 ? c : s;
   const double cos_x = (quadrant & 1) != 0 ? s : c;
@@ -101,7 +115,7 @@ double exp_of(double x) {
   const double r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
   const double scale =
       std::bit_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52);
-  return polynomial(r, exp_terms, Terms<T>::exp) * scale;
+  return polynomial<Terms<T>::exp>(r, exp_terms) * scale;
 }
 
 /// x > 0 and normal.
@@ -113,7 +127,7 @@ double log_of(double x) {
   const std::int64_t exponent = static_cast<std::int64_t>(bits - low) >> 52;
   const double m = std::bit_cast<double>(bits - (static_cast<std::uint64_t>(exponent) << 52));
   const double s = (m - 1) / (m + 1);
-  const double fraction = 2 * s * polynomial(s * s, atanh_terms, Terms<T>::atanh);
+  const double fraction = 2 * s * polynomial<Terms<T>::atanh>(s * s, atanh_terms);
   const auto e = static_cast<double>(exponent);
   return e * 0x1.62e42feep-1 + (fraction + e * 0x1.a39ef35793c76p-33);
 }
@@ -125,11 +139,12 @@ double atan_of_ratio(double y, double x) {
   // most 1/8.
   constexpr double atan_quarters[] = {0, 0.24497866312686415417, 0.46364760900080611621,
                                       0.64350110879328438680, 0.78539816339744830962};
-  const double quarter = round_near(4 * (y / x));
+  const double y8 = 8 * y;
+  const int quarter = static_cast<int>(y8 > x) + static_cast<int>(y8 > 3 * x) +
+                      static_cast<int>(y8 > 5 * x) + static_cast<int>(y8 > 7 * x);
   const double c = 0.25 * quarter;
   const double r = (y - c * x) / (x + c * y);
-  return atan_quarters[static_cast<int>(quarter)] +
-         r * polynomial(r * r, atan_terms, Terms<T>::atan);
+  return atan_quarters[quarter] + r * polynomial<Terms<T>::atan>(r * r, atan_terms);
 }
 
 template <class T>
@@ -144,10 +159,11 @@ double atan2_of(double y, double x) {
     ax = 0;
     ay = 1;
   }
-  double angle =
-      ay <= ax ? atan_of_ratio<T>(ay, ax) : 1.57079632679489661923 - atan_of_ratio<T>(ax, ay);
-  if (x < 0) angle = 3.14159265358979323846 - angle;
-  return std::copysign(angle, y);
+  // Selections, not branches: which octant it is cannot be foretold.
+  const bool steep = ay > ax;
+  const double angle = atan_of_ratio<T>(steep ? ax : ay, steep ? ay : ax);
+  const double acute = steep ? 1.57079632679489661923 - angle : angle;
+  return std::copysign(x < 0 ? 3.14159265358979323846 - acute : acute, y);
 }
 
 }  // namespace detail

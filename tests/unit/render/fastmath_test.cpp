@@ -149,7 +149,7 @@ TEST(FastMath, BitsAreTheOnesOnRecord) {
     add(fast::sin(a)), add(fast::cos(a)), add(fast::acos(t)), add(fast::asin(t));
     add(fast::atan2(t, -0.4)), add(fast::exp(e)), add(fast::log(l));
   });
-  EXPECT_EQ(hash, 9797099620034261589ULL);
+  EXPECT_EQ(hash, 8221384138616642142ULL);
 }
 
 }  // namespace

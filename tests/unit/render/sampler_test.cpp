@@ -238,6 +238,18 @@ TEST_P(EverySampler, PairsFromTwoSetsFillTheSquare) {
   EXPECT_EQ(test::chi2_compare(observed, std::vector<double>(256, 64.0)), "");
 }
 
+TEST_P(EverySampler, BitsAreTheOnesOnRecord) {
+  // If this changes, pictures change: only on purpose.
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = 0; i < 4096; ++i) {
+    const Sampler sampler(kind(), 1 + i % 3, i * 7 % 640, i * 11 % 480, std::uint64_t{i} * i * i);
+    const Draw4 draw = sampler.draw4(i % 40);
+    for (std::uint32_t place = 0; place < 4; ++place) hash = hash_combine(hash, draw.bits(place));
+  }
+  EXPECT_EQ(hash,
+            kind() == SamplerKind::sobol_owen ? 606152821893437770ULL : 11224077067479017333ULL);
+}
+
 TEST(Sampler, SobolIntegratesBetterThanChance) {
   // ∫ of a smooth function of four numbers, by 256 samples of each of 200 pixels: the mean square
   // of the error.

@@ -21,26 +21,18 @@ constexpr double right_angle = 4e-6;
 struct Plane {
   Vec3d corner;  ///< a point of it
   Vec3d normal;  ///< its length is the parallelogram's area
-  double area;
-  double height;  ///< of the lit point above it, signed
+  double below;  ///< of the lit point, along the normal: positive if it sees the back
 
   Plane(const Vec3d& corner_, const Vec3d& u, const Vec3d& v)
-      : corner(corner_),
-        normal(cross(u, v)),
-        area(length(normal)),
-        height(-dot(corner, normal) / area) {}
+      : corner(corner_), normal(cross(u, v)), below(dot(corner_, normal)) {}
 
-  [[nodiscard]] bool visible(bool two_sided) const {
-    return area > 0 && (two_sided ? height != 0 : height > 0);
+  [[nodiscard]] bool visible(bool two_sided) const { return two_sided ? below != 0 : below < 0; }
+  /// From a density uniform over `part` of the parallelogram to one per solid angle.
+  [[nodiscard]] double pdf_by_area(double part, double distance, const Vec3d& wi) const {
+    const double seen = std::abs(dot(wi, normal)) * part;
+    return seen > 0 ? distance * distance / seen : 0;
   }
-  /// From a density per area (1 / size) to one per solid angle.
-  [[nodiscard]] double pdf_by_area(double size, double distance, const Vec3d& wi) const {
-    const double cosine = std::abs(dot(wi, normal)) / area;
-    return cosine > 0 ? distance * distance / (cosine * size) : 0;
-  }
-  [[nodiscard]] double distance_along(const Vec3d& wi) const {
-    return dot(corner, normal) / dot(wi, normal);
-  }
+  [[nodiscard]] double distance_along(const Vec3d& wi) const { return below / dot(wi, normal); }
 };
 
 ShapeSample towards(const Vec3d& point, double pdf) {
@@ -101,7 +93,7 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
     }
   }
   ShapeSample sample = towards(quad.corner + quad.u * s + quad.v * t, 0);
-  sample.pdf = quad.plane.pdf_by_area(quad.plane.area, sample.distance, sample.wi);
+  sample.pdf = quad.plane.pdf_by_area(1, sample.distance, sample.wi);
   return sample;
 }
 
@@ -116,7 +108,7 @@ double pdf_shape(const QuadLight& light, bool two_sided, const LightContext& con
     const double angle = quad.near_half().solid_angle() + quad.far_half().solid_angle();
     if (angle >= least_triangle_angle) return 1 / angle;
   }
-  return quad.plane.pdf_by_area(quad.plane.area, hit.distance, to_double(hit.wi));
+  return quad.plane.pdf_by_area(1, hit.distance, to_double(hit.wi));
 }
 
 namespace {
@@ -146,7 +138,7 @@ ShapeSample sample_shape(const TriangleLight& light, bool two_sided, const Light
   const Vec3d point = triangle.a + (triangle.b - triangle.a) * static_cast<double>(b.x) +
                       (triangle.c - triangle.a) * static_cast<double>(b.y);
   ShapeSample sample = towards(point, 0);
-  sample.pdf = triangle.plane.pdf_by_area(0.5 * triangle.plane.area, sample.distance, sample.wi);
+  sample.pdf = triangle.plane.pdf_by_area(0.5, sample.distance, sample.wi);
   return sample;
 }
 
@@ -156,7 +148,7 @@ double pdf_shape(const TriangleLight& light, bool two_sided, const LightContext&
   if (!triangle.plane.visible(two_sided)) return 0;
   const SphericalTriangle spherical(triangle.a, triangle.b, triangle.c);
   if (spherical.solid_angle() >= least_triangle_angle) return 1 / spherical.solid_angle();
-  return triangle.plane.pdf_by_area(0.5 * triangle.plane.area, hit.distance, to_double(hit.wi));
+  return triangle.plane.pdf_by_area(0.5, hit.distance, to_double(hit.wi));
 }
 
 }  // namespace tessera::render

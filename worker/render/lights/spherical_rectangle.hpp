@@ -20,7 +20,7 @@ class SphericalRectangle {
  private:
   Vec3d x_, y_, z_;  ///< axes; z points away from the rectangle
   double x0_, y0_, z0_, x1_, y1_;
-  double b0_ = 0, b1_ = 0, k_ = 0, solid_angle_ = 0;
+  double k_ = 0, solid_angle_ = 0;
 };
 
 }  // namespace tessera::render
