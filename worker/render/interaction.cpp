@@ -109,7 +109,7 @@ Local local_point(const Geometry& geometry, const accel::Hit& hit) {
 
 Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit) {
   Interaction at;
-  at.placement = hit.instance == accel::none ? 0 : 1 + hit.instance - scene.world_geometries;
+  at.placement = scene.placement_of(hit);
   const Placement& placement = scene.placements[at.placement];
   const Geometry& geometry = scene.groups[placement.group].geometries[hit.geometry];
   Local local = local_point(geometry, hit);

@@ -44,6 +44,20 @@ struct Interaction {
   }
 };
 
+/// Asks memory for what surface_at() will read: first a face's indices and material …
+inline void prefetch_face(const Geometry& geometry, std::uint32_t face) {
+  if (geometry.kind == GeometryKind::triangles) __builtin_prefetch(&geometry.triangles[face]);
+  __builtin_prefetch(&geometry.materials[face]);
+}
+/// … then, once the indices are there, its corners.
+inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
+  if (geometry.kind != GeometryKind::triangles) return;
+  for (const std::uint32_t vertex : geometry.triangles[face]) {
+    __builtin_prefetch(&geometry.positions[vertex]);
+    if (!geometry.normals.empty()) __builtin_prefetch(&geometry.normals[vertex]);
+  }
+}
+
 /// The surface at `hit`, which came from `ray`.
 Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit);
 

@@ -89,7 +89,12 @@ void render_block(const Plan& plan, const Rect& block, image::TileImage& image, 
   const FlushDenormals mode;
   const double began = thread_seconds();
   const RenderSettings& settings = plan.request.settings;
-  Trace trace{plan.scene, plan.camera, settings.bounces, settings.light_samples};
+  Trace trace{.scene = plan.scene,
+              .camera = plan.camera,
+              .bounces = settings.bounces,
+              .light_samples = settings.light_samples,
+              .aovs = plan.request.aovs,
+              .closure = {}};
   const std::size_t channels = image.channels();
   const std::size_t pixels = image.pixels();
   std::int64_t rejected = 0;

@@ -80,6 +80,14 @@ struct Scene {
   /// something.
   bool has_environment = false;
 
+  /// Where a hit's geometry stands in `placements`, and the geometry.
+  [[nodiscard]] std::uint32_t placement_of(const accel::Hit& hit) const {
+    return hit.instance == accel::none ? 0 : 1 + hit.instance - world_geometries;
+  }
+  [[nodiscard]] const Geometry& geometry_of(const accel::Hit& hit) const {
+    return groups[placements[placement_of(hit)].group].geometries[hit.geometry];
+  }
+
   [[nodiscard]] accel::Hit intersect(const Ray& ray) const {
     return accel.intersect(to_accel(ray));
   }

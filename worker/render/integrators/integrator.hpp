@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/camera.hpp"
 #include "worker/render/record.hpp"
 #include "worker/render/sampler.hpp"
@@ -10,13 +11,16 @@
 
 namespace tessera::render {
 
-/// What every sample of a task shares, and the counts of the thread that takes it.
+/// What every sample of a task shares, and what the thread that takes it uses again from sample to
+/// sample.
 struct Trace {
   const Scene& scene;
   const Camera& camera;
   int bounces = 0;        ///< 0 is emission and direct light; counted as Cycles does
   int light_samples = 1;  ///< at each hit
+  bool aovs = false;      ///< albedo, normal and z are wanted
   std::int64_t rays = 0;  ///< of either kind, counted up
+  Closure closure;        ///< of the present hit; it is too large to be made anew for each
 };
 
 /// Takes one sample: follows `ray` and writes what it saw into a fresh record.

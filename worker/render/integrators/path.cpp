@@ -75,15 +75,19 @@ LightContext light_context(const Interaction& at, const Closure& closure, const 
   return context;
 }
 
-void add_direct(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
-                const Closure& closure, const LightContext& context, SampleRecord& record) {
+/// `first_draw` is the light set's draw 0 of light_samples.
+void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
+                const PathState& path, const Interaction& at, SampleRecord& record) {
+  const Closure& closure = trace.closure;
+  const LightContext& context = path.last_context;
   const auto count = static_cast<std::uint32_t>(trace.light_samples);
   const float counted = static_cast<float>(count);
   const FirstLobe first = path.depth == 0 ? FirstLobe::diffuse : path.first_lobe;
   const Scene& scene = trace.scene;
   for (std::uint32_t j = 0; j < count; ++j) {
     const Draw4 draw =
-        sampler.draw4(dim::light_set(static_cast<std::uint32_t>(path.depth)), j, count);
+        j == 0 ? first_draw
+               : sampler.draw4(dim::light_set(static_cast<std::uint32_t>(path.depth)), j, count);
     const LightSample light =
         scene.lights.sample(context, draw.bits(dim::light_pick), draw.pair(dim::light));
     if (!light || is_black(light.radiance)) continue;
@@ -104,6 +108,7 @@ void add_direct(Trace& trace, const Sampler& sampler, const PathState& path, con
 void describe_first(const Trace& trace, const Interaction& at, const Closure& closure,
                     const Ray& ray, SampleRecord& record) {
   record.alpha = 1;
+  if (!trace.aovs) return;
   const Color seen = albedo(closure);
   // What only emits has its colour there, clipped: denoisers want an edge where the picture has
   // one.
@@ -144,13 +149,24 @@ bool advance(PathState& path, const Interaction& at, const BsdfSample& drawn, fl
 
 void path(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
   const Scene& scene = trace.scene;
+  Closure& closure = trace.closure;
+  const bool lit = !scene.lights.empty();
+  const auto light_samples = static_cast<std::uint32_t>(trace.light_samples);
   PathState path;
   path.ray = ray;
-  Closure closure;
   for (;;) {
     ++trace.rays;
     const accel::Hit hit = scene.intersect(path.ray);
     if (!hit.any()) return add_environment(trace, path, record);
+    // A large scene's face is not in the caches, and its corners come after its indices: the random
+    // numbers are made while memory answers.
+    const auto depth = static_cast<std::uint32_t>(path.depth);
+    const Geometry& geometry = scene.geometry_of(hit);
+    prefetch_face(geometry, hit.primitive);
+    const Draw4 draw = sampler.draw4(dim::bsdf_set(depth));
+    prefetch_corners(geometry, hit.primitive);
+    const Draw4 light_draw = sampler.draw4(dim::light_set(depth), 0, light_samples);
+
     const Interaction at = surface_at(scene, path.ray, hit);
     evaluate(scene.materials[at.material], at.shading, closure);
     if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
@@ -158,10 +174,7 @@ void path(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     if (path.depth > trace.bounces || closure.count == 0) return;
 
     path.last_context = light_context(at, closure, path);
-    if (closure.has_smooth && !scene.lights.empty()) {
-      add_direct(trace, sampler, path, at, closure, path.last_context, record);
-    }
-    const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
+    if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, path, at, record);
     const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
     if (!drawn || !advance(path, at, drawn, draw[dim::roulette])) return;
   }

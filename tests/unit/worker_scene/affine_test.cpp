@@ -1,0 +1,44 @@
+#include "worker/scene/affine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace tessera::worker {
+namespace {
+
+const scene::Transform skewed{{2, 0.5, 0, 10, 0, 1, 0.25, -3, 0.1, 0, -4, 7}};
+
+TEST(Affine, TheInverseUndoes) {
+  const auto back = inverse(linear(skewed));
+  ASSERT_TRUE(back);
+  const render::Vec3d v{1, -2, 3};
+  const render::Vec3d there_and_back = times(*back, times(linear(skewed), v));
+  EXPECT_NEAR(there_and_back.x, v.x, 1e-14);
+  EXPECT_NEAR(there_and_back.y, v.y, 1e-14);
+  EXPECT_NEAR(there_and_back.z, v.z, 1e-14);
+}
+
+TEST(Affine, ASingularMatrixHasNoInverse) {
+  EXPECT_FALSE(inverse({1, 2, 3, 2, 4, 6, 0, 0, 1}));
+  EXPECT_FALSE(inverse({1, 0, 0, 0, NAN, 0, 0, 0, 1}));
+}
+
+TEST(Affine, OnlySimilaritiesHaveAUniformScale) {
+  const double c = std::cos(0.7), s = std::sin(0.7);
+  const auto scaled = uniform_scale({{3 * c, -3 * s, 0, 5, 3 * s, 3 * c, 0, 6, 0, 0, -3, 7}});
+  ASSERT_TRUE(scaled);
+  EXPECT_NEAR(*scaled, 3, 1e-12);
+  EXPECT_FALSE(uniform_scale(skewed));
+  EXPECT_FALSE(uniform_scale({{1, 0, 0, 0, 0, 1.001, 0, 0, 0, 0, 1, 0}}));
+}
+
+TEST(Affine, ErrorGrowthIsOneForTurnsOfAxesAndLargeForFlatThings) {
+  const Matrix3 flat{1, 0, 0, 0, 1e-3, 1, 0, 0, 1};
+  EXPECT_DOUBLE_EQ(
+      error_growth({0, 2, 0, -2, 0, 0, 0, 0, 2}, *inverse({0, 2, 0, -2, 0, 0, 0, 0, 2})), 1);
+  EXPECT_GE(error_growth(flat, *inverse(flat)), 2);
+}
+
+}  // namespace
+}  // namespace tessera::worker
