@@ -98,7 +98,7 @@ void add_render(CLI::App& app, Line& line) {
       .add_option("--threads", options.threads,
                   "Threads of each worker; else the machine's, divided")
       ->type_name("N")
-      ->check(CLI::Range(1, 4096));
+      ->check(CLI::Range(1, 1024));
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
       take_size(line);

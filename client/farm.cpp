@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "client/interrupt.hpp"
 #include "common/base/error.hpp"
 #include "common/base/json.hpp"
 
@@ -17,7 +18,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::chrono::seconds start_time{30};
-constexpr std::chrono::seconds end_time{5};
+constexpr std::chrono::milliseconds end_time{5000};
+constexpr std::chrono::milliseconds end_time_interrupted{
+    300};  // whoever pressed Ctrl-C does not want to wait
 
 /// A program that lies beside this one.
 fs::path beside(const char* name) {
@@ -102,7 +105,8 @@ Farm::Farm(int workers, int threads) {
 Farm::~Farm() {
   // Workers first, so that the coordinator sees them say goodbye.
   for (auto child = children_.rbegin(); child != children_.rend(); ++child) (*child)->ask_to_end();
-  const auto end = std::chrono::steady_clock::now() + end_time;
+  const auto end =
+      std::chrono::steady_clock::now() + (interrupted() ? end_time_interrupted : end_time);
   for (auto child = children_.rbegin(); child != children_.rend(); ++child)
     (*child)->end_within(
         std::max<Duration>(end - std::chrono::steady_clock::now(), Duration::zero()));
