@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/clock.hpp"
+#include "common/base/limits.hpp"
 #include "common/job/job_spec.hpp"
 #include "common/wire/messages.hpp"
 #include "server/schedule/scheduler.hpp"
@@ -78,7 +79,9 @@ struct CoordinatorSettings {
   int pool_threads = 2;
   std::string blob_url;  ///< given to workers; empty: made from the address that the worker dialled
   SchedulerSettings scheduler;  ///< its epoch is set by the store
-  bool durable = true;          ///< false: no fsync (for the benchmark that shows its cost)
+  std::size_t in_flight =
+      256 * limits::MiB;  ///< bytes of results on their way, above which workers are held
+  bool durable = true;    ///< false: no fsync (for the benchmark that shows its cost)
 };
 
 class Coordinator {

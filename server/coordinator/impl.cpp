@@ -203,10 +203,10 @@ void CoordinatorImpl::perform_one(const GrantLease& grant) {
   Job* job = find(grant.job);
   const auto found = workers_.find(grant.worker);
   if (!job || found == workers_.end()) return;
-  if (!job->first_lease) {
+  if (!job->first_lease && !job->ending) {
     job->first_lease = now();
     job->record.started = unix_millis_now();
-    job->record.state = "rendering";
+    if (job->record.state == "queued") job->record.state = "rendering";
     crew_.start("a job's start", keep(job->record));
     tell_job(grant.job);
   }

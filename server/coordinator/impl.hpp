@@ -96,6 +96,8 @@ class CoordinatorImpl : public Coordinator {
   /// Throws Error{not_found}, or Error{conflict} if the job has ended.
   Job& live(JobId id);
   boost::asio::awaitable<void> save(JobRecord record);
+  /// Saves the job's record as it is now; gives what went wrong.
+  boost::asio::awaitable<std::exception_ptr> save_or_error(JobId id);
 
   // ---- workers.cpp ----
   void results_durable(std::vector<ArrivedResult> results);

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <exception>
+#include <utility>
+
 #include "common/assets/bundle.hpp"
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
@@ -99,6 +102,10 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
   Job& again = known(id);
   if (error) {
     again.ending = false;
+    // What the scheduler said meanwhile was not heard.
+    const auto view = scheduler_.job(id, now());
+    if (view && view->state == "done") perform_one(JobFinished{id});
+    if (view && view->state == "failed") perform_one(JobFailed{id, view->error});
     std::rethrow_exception(error);
   }
   again.record = end;
@@ -109,20 +116,24 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
-  JobRecord record = live(id).record;
-  record.state = "paused";
-  co_await save(record);
-  live(id).record.state = record.state;
+  // Changed here first, so that whatever else is kept of the job meanwhile says the same.
+  const std::string before = std::exchange(live(id).record.state, "paused");
+  if (const auto error = co_await save_or_error(id)) {
+    known(id).record.state = before;
+    std::rethrow_exception(error);
+  }
   perform(scheduler_.pause_job(id, now()));
   tell_job(id);
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
-  JobRecord record = live(id).record;
+  JobRecord& record = live(id).record;
   if (record.state != "paused") co_return;
   record.state = record.started != 0 ? "rendering" : "queued";
-  co_await save(record);
-  live(id).record.state = record.state;
+  if (const auto error = co_await save_or_error(id)) {
+    known(id).record.state = "paused";
+    std::rethrow_exception(error);
+  }
   perform(scheduler_.resume_job(id, now()));
   tell_job(id);
 }
@@ -132,12 +143,23 @@ boost::asio::awaitable<void> CoordinatorImpl::set_priority(JobId id, int priorit
     throw Error(ErrorKind::bad_input,
                 fmt::format("expected a whole number from -100 to 100, found {}", priority),
                 {.key = "priority"});
-  JobRecord record = live(id).record;
-  record.priority = priority;
-  co_await save(record);
-  live(id).record.priority = priority;
+  const int before = std::exchange(live(id).record.priority, priority);
+  if (const auto error = co_await save_or_error(id)) {
+    known(id).record.priority = before;
+    std::rethrow_exception(error);
+  }
   perform(scheduler_.set_priority(id, priority, now()));
   tell_job(id);
+}
+
+boost::asio::awaitable<std::exception_ptr> CoordinatorImpl::save_or_error(JobId id) {
+  const JobRecord record = known(id).record;
+  try {
+    co_await save(record);
+  } catch (const std::exception&) {
+    co_return std::current_exception();
+  }
+  co_return nullptr;
 }
 
 std::unique_ptr<Subscription> CoordinatorImpl::subscribe(std::optional<JobId> job) {

@@ -11,12 +11,6 @@ namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
-// Results in flight, bytes as they came and as they are decoded. Beyond the first nothing is read
-// from workers until there is less than the second. What a session has begun to read still comes
-// in: one body for each connection, at most.
-constexpr std::size_t in_flight_most = 256 * limits::MiB;
-constexpr std::size_t in_flight_again = 128 * limits::MiB;
-
 /// What a result says of itself must fit its task; empty if it does.
 std::string fault_of(const wire::Result& result, const image::TileExpectation& expected) {
   const std::int64_t samples = expected.window.pixels() * expected.samples;
@@ -160,7 +154,8 @@ void CoordinatorImpl::send(WorkerId worker, wire::Message message) {
 }
 
 void CoordinatorImpl::hold_or_release() {
-  const bool hold = in_flight_.used() > (holding_ ? in_flight_again : in_flight_most);
+  // Released at half, so that it does not flutter. What a session has begun to read still comes in.
+  const bool hold = in_flight_.used() > (holding_ ? settings_.in_flight / 2 : settings_.in_flight);
   if (hold == holding_) return;
   holding_ = hold;
   log::debug("{} bytes of results in flight: workers are {}", in_flight_.used(),

@@ -57,6 +57,7 @@ class Farm {
     CoordinatorSettings settings;
     settings.data = data;
     settings.durable = false;
+    settings.in_flight = in_flight;
     coordinator = Coordinator::open(io->get_executor(), settings);
     SessionSettings sessions = session_settings;
     sessions.port = 0;
@@ -134,6 +135,7 @@ class Farm {
   }
 
   SessionSettings session_settings;
+  std::size_t in_flight = 256 * limits::MiB;
   std::filesystem::path data;
   std::unique_ptr<boost::asio::io_context> io;
   std::unique_ptr<Coordinator> coordinator;

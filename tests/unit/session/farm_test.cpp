@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <fstream>
 
 namespace tessera::server {
 namespace {
@@ -312,6 +313,112 @@ TEST(Farm, SecondResultOfATaskIsStaleAndChangesNothing) {
   EXPECT_EQ(worker.accepted, static_cast<std::size_t>(JobPlan(spec).tasks()));
   EXPECT_EQ(worker.stale, worker.accepted);
   EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+TEST(Farm, WorkersAreHeldWhileTooMuchIsInFlightAndNothingIsLost) {
+  Farm farm;
+  farm.run(farm.halt());
+  farm.io.reset();
+  farm.in_flight = 20'000;  // less than one and a half of its tiles, each counted twice
+  farm.start();
+  const JobSpec spec = farm.spec(100, 80, 16, 20);
+  JobId id = 0;
+  ScriptedWorker worker("held");
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+  };
+  farm.run(scenario());
+  EXPECT_EQ(worker.accepted, static_cast<std::size_t>(JobPlan(spec).tasks()));
+  EXPECT_EQ(worker.ended, "");
+  EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+}
+
+/// A connection that only notes what it is told.
+class NotedLink : public WorkerLink {
+ public:
+  void send(wire::Message message) override { said.push_back(std::move(message)); }
+  void close(std::string) override {}
+  void hold(bool held) override { holds.push_back(held); }
+  std::vector<wire::Message> said;
+  std::vector<bool> holds;
+};
+
+TEST(Farm, LinksAreHeldBeyondTheBudgetAndReleasedOnceItIsFolded) {
+  Farm farm;
+  farm.run(farm.halt());
+  farm.io.reset();
+  farm.in_flight = 10'000;
+  farm.start();
+  const JobSpec spec = farm.spec(16, 16, 16, 1);
+  const JobPlan plan(spec);
+  const auto link = std::make_shared<NotedLink>();
+  const auto scenario = [&]() -> awaitable<void> {
+    WorkerInfo info;
+    info.name = "noted";
+    info.identity = std::string(32, '4');
+    const WorkerId worker = farm.coordinator->worker_joined(info, link);
+    const JobId id = co_await farm.coordinator->submit(spec);
+    while (link->said.empty()) co_await sleep_for(std::chrono::milliseconds(1));
+    const auto order = std::get<wire::Assign>(link->said.at(0));
+    wire::Result result;
+    result.lease = order.lease;
+    result.job = id;
+    result.plan = order.plan;
+    result.task = order.task;
+    result.samples = 256;
+    farm.coordinator->worker_result(worker, result,
+                                    image::encode_tile(synthetic_tile(plan, order.task)));
+    EXPECT_EQ(link->holds, std::vector<bool>{true});
+    while (link->holds.size() < 2) co_await sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(link->holds, (std::vector<bool>{true, false}));
+    farm.coordinator->worker_left(worker, true);
+    co_await farm.until_state(id, "done");
+  };
+  farm.run(scenario());
+}
+
+TEST(Farm, ResultThatCannotBeReadBackFailsItsJobAndNoOther) {
+  Farm farm;
+  JobId broken = 0;
+  ScriptedWorker worker("before");
+  std::size_t delivered = 0;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (delivered++ < 8) worker.deliver(order);
+  };
+  const auto before = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    broken = co_await farm.coordinator->submit(farm.spec());
+    co_await worker.work([&] { return worker.accepted == 8; });
+    worker.vanish();
+  };
+  farm.run(before());
+  farm.kill();
+  for (const auto& entry : std::filesystem::directory_iterator(farm.data / "journal")) {
+    std::fstream segment(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    for (std::uintmax_t at = 1000; at + 1 < entry.file_size(); at += 1000) {
+      segment.seekp(static_cast<std::streamoff>(at));
+      segment.put('!');
+    }
+  }
+  farm.start();
+  ScriptedWorker good("after", 'b');
+  const auto after = [&]() -> awaitable<void> {
+    std::string error;
+    try {
+      co_await farm.coordinator->png(broken, 1, 0);
+    } catch (const Error& thrown) {
+      error = thrown.what();
+    }
+    EXPECT_NE(error, "");
+    co_await farm.until_state(broken, "failed");
+    EXPECT_THAT(farm.coordinator->job(broken)->view.error, HasSubstr("journal"));
+    co_await good.connect(farm);
+    const JobId sound = co_await farm.coordinator->submit(farm.spec());
+    co_await good.work([&] { return farm.coordinator->job(sound)->view.state == "done"; });
+  };
+  farm.run(after());
 }
 
 TEST(Farm, WorkOfAWorkerThatVanishesIsDoneByAnother) {
