@@ -5,6 +5,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -84,14 +85,17 @@ void log_stats(const agent::CrewStats& stats) {
             stats.tasks, stats.gaps, 1e3 * mean, 1e3 * stats.gap_most);
 }
 
-/// The first signal drains, the second ends the program at once.
-void watch(asio::signal_set& signals, agent::Agent& worker) {
-  signals.async_wait([&](const boost::system::error_code& error, int) {
+/// The first signal drains, a second one ends the program at once. Two that come together are one:
+/// some tools signal both a process and its group.
+void watch(asio::signal_set& signals, agent::Agent& worker,
+           std::chrono::steady_clock::time_point first = {}) {
+  signals.async_wait([&signals, &worker, first](const boost::system::error_code& error, int) {
     if (error) return;
-    worker.drain("asked by a signal");
-    signals.async_wait([](const boost::system::error_code& again, int) {
-      if (!again) std::_Exit(130);
-    });
+    const auto now = std::chrono::steady_clock::now();
+    const bool is_first = first == std::chrono::steady_clock::time_point{};
+    if (is_first) worker.drain("asked by a signal");
+    if (!is_first && now - first > std::chrono::milliseconds(200)) std::_Exit(130);
+    watch(signals, worker, is_first ? now : first);
   });
 }
 

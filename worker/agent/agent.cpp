@@ -50,6 +50,7 @@ struct Agent::Impl : std::enable_shared_from_this<Impl> {
   std::optional<net::FramedStream> stream;
   std::optional<int> exit;
   std::optional<Instant> drain_began;
+  bool giving_up = false;  ///< draining took too long
   bool bye_said = false;
   std::string last_trouble;  ///< so that the same is not logged at each try
   // Last: their threads are joined before anything else goes.
@@ -121,9 +122,12 @@ void Agent::Impl::pump() {
     crew->give(std::move(*order));
   }
   if (!stream) return;
-  for (Outgoing& out : state.take_outgoing()) stream->send(out.message, std::move(out.body));
-  if (state.finished() && !std::exchange(bye_said, true))
-    stream->send(wire::Bye{.reason = "drained"});
+  for (Outgoing& out : state.take_outgoing()) {
+    log::debug("saying {}", wire::name_of(wire::type_of(out.message)));
+    stream->send(out.message, std::move(out.body));
+  }
+  if ((state.finished() || giving_up) && state.is_connected() && !std::exchange(bye_said, true))
+    stream->send(wire::Bye{.reason = giving_up ? "given up" : "drained"});
 }
 
 void Agent::Impl::task_ended(TaskEnd end) {
@@ -160,12 +164,11 @@ void Agent::Impl::check_drain() {
   const Duration passed = now() - *drain_began;
   if (passed > settings.drain_wait) {
     crew->stop_all();
-    if (state.running() == 0 || passed > settings.drain_wait + std::chrono::seconds(1)) exit = 0;
+    giving_up = state.running() == 0 || passed > settings.drain_wait + std::chrono::seconds(1);
   }
-  const bool idle = state.running() == 0;
-  if (idle && !state.is_connected() && (state.outbox() == 0 || passed > settings.drain_alone_wait))
-    exit = 0;
-  if (exit && state.outbox() > 0) log::warn("{} results could not be delivered", state.outbox());
+  const bool alone = !state.is_connected() && state.running() == 0 &&
+                     (state.outbox() == 0 || passed > settings.drain_alone_wait);
+  if (alone || (giving_up && !state.is_connected())) exit = 0;
 }
 
 void Agent::Impl::trouble(const std::string& what) {
@@ -216,6 +219,7 @@ asio::awaitable<void> Agent::Impl::serve() {
         co_await stream->receive(std::min(until_beat, longest_wait));
     check_drain();
     if (!incoming) continue;
+    log::debug("told {}", wire::name_of(wire::type_of(incoming->message)));
     if (const auto* bye = std::get_if<wire::Bye>(&incoming->message))
       throw Error(ErrorKind::unreachable, fmt::format("the coordinator left: {}", bye->reason));
     if (const auto* rejected = std::get_if<wire::Rejected>(&incoming->message))
@@ -251,6 +255,7 @@ asio::awaitable<int> Agent::Impl::run() {
     wake.expires_after(state.draining() ? std::min(wait, longest_wait) : wait);
     co_await wake.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
   }
+  if (state.outbox() > 0) log::warn("{} results could not be delivered", state.outbox());
   crew->stop_all();
   preparer->stop();
   co_return *exit;
