@@ -46,10 +46,11 @@ double integrate(const Chi2Case& test, double s0, double t0, double ds, double d
   const int q = test.quadrature;
   double sum = 0;
   for (int cell = 0; cell < q * q; ++cell) {
+    const int row = cell / q, column = cell % q;
     for (int i = 0; i < 5; ++i) {
       for (int j = 0; j < 5; ++j) {
-        const double s = s0 + ds * (cell / q + node[i]) / q;
-        const double t = t0 + dt * (cell % q + node[j]) / q;
+        const double s = s0 + ds * (row + node[i]) / q;
+        const double t = t0 + dt * (column + node[j]) / q;
         sum += weight[i] * weight[j] * test.density(s, t);
       }
     }
@@ -98,7 +99,7 @@ std::string chi2_compare(const std::vector<double>& observed, const std::vector<
 }
 
 std::string chi2_test(const Chi2Case& test, std::uint32_t seed) {
-  const auto bins = static_cast<std::size_t>(test.bins_s * test.bins_t);
+  const auto bins = static_cast<std::size_t>(test.bins_s) * static_cast<std::size_t>(test.bins_t);
   std::vector<double> observed(bins + 1, 0.0), expected(bins + 1, 0.0);  // the last one: nothing
   Random random(seed);
   for (int i = 0; i < test.samples; ++i) {
@@ -109,15 +110,17 @@ std::string chi2_test(const Chi2Case& test, std::uint32_t seed) {
                                test.bins_s - 1);
       const int t = std::clamp(static_cast<int>(point->y * static_cast<float>(test.bins_t)), 0,
                                test.bins_t - 1);
-      bin = static_cast<std::size_t>(s * test.bins_t + t);
+      bin = static_cast<std::size_t>(s) * static_cast<std::size_t>(test.bins_t) +
+            static_cast<std::size_t>(t);
     }
     observed[bin] += 1;
   }
   double total = 0;
   for (std::size_t bin = 0; bin < bins; ++bin) {
     const double ds = 1.0 / test.bins_s, dt = 1.0 / test.bins_t;
-    const auto s = static_cast<double>(bin / static_cast<std::size_t>(test.bins_t));
-    const auto t = static_cast<double>(bin % static_cast<std::size_t>(test.bins_t));
+    const std::size_t row = bin / static_cast<std::size_t>(test.bins_t);
+    const std::size_t column = bin % static_cast<std::size_t>(test.bins_t);
+    const auto s = static_cast<double>(row), t = static_cast<double>(column);
     const double mass = integrate(test, s * ds, t * dt, ds, dt);
     expected[bin] = mass * test.samples;
     total += mass;

@@ -79,8 +79,9 @@ double form_factor(const Light& light, const Vec3& p, const Vec3& n) {
   constexpr int side = 400;
   double sum = 0;
   for (int i = 0; i < side * side; ++i) {
-    const Vec2 u = {(static_cast<float>(i / side) + 0.5F) / side,
-                    (static_cast<float>(i % side) + 0.5F) / side};
+    const int row = i / side, column = i % side;
+    const Vec2 u = {(static_cast<float>(row) + 0.5F) / side,
+                    (static_cast<float>(column) + 0.5F) / side};
     const LightSample drawn = sample(light, {.p = p, .n = n}, u);
     if (drawn) sum += static_cast<double>(std::max(0.0F, dot(drawn.wi, n)) / drawn.pdf);
   }
