@@ -42,6 +42,10 @@ class FrameTasks {
   /// became closed by it.
   std::uint32_t fold(std::uint32_t tile, std::uint32_t passes);
   [[nodiscard]] std::uint32_t folded(std::uint32_t tile) const;
+  /// Within the limit of passes ahead.
+  [[nodiscard]] bool within(const FrameTask& task) const {
+    return task.pass < folded(task.tile) + ahead_;
+  }
   /// Every pass of every tile is folded.
   [[nodiscard]] bool finished() const { return tiles_finished_ == tiles_; }
 

@@ -28,6 +28,7 @@ bool Scheduler::State::anyone_else(const JobEntry& job, const std::set<std::stri
 
 const TaskId* Scheduler::State::suspect_for(const JobEntry& job, const WorkerEntry& worker) const {
   for (const TaskId& task : job.blame.waiting()) {
+    if (!job.tasks.within(task)) continue;  // came early, from before a start
     const Charges* charges = job.blame.find(task);
     if (charges == nullptr || !charges->erred.contains(worker.info.identity) ||
         !anyone_else(job, charges->erred)) {
@@ -76,10 +77,26 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   actions.emplace_back(GrantLease{worker.id, lease, job.id, task});
 }
 
+bool Scheduler::State::take_over(WorkerEntry& idle, Instant now, Actions& actions) {
+  for (const WorkerId id : reserving) {
+    WorkerEntry& busy = *worker(id);
+    const auto [number, task] = *busy.reserved;
+    JobEntry* job = live_job(number);
+    if (job == nullptr || !eligible(*job, idle) || !is_aside(*job, task)) continue;
+    const Charges* charges = job->blame.find(task);
+    if (charges != nullptr && charges->erred.contains(idle.info.identity)) continue;
+    clear_reservation(busy);
+    touched.insert(id);
+    grant(idle, *job, task, true, now, actions);
+    return true;
+  }
+  return false;
+}
+
 bool Scheduler::State::grant_one(WorkerEntry& worker, Instant now, Actions& actions) {
   if (worker.reserved) {
     const auto [id, task] = *worker.reserved;
-    worker.reserved.reset();
+    clear_reservation(worker);
     JobEntry* job = live_job(id);
     if (job != nullptr && is_aside(*job, task)) {
       if (job->state == JobEntry::State::open) {
@@ -90,12 +107,13 @@ bool Scheduler::State::grant_one(WorkerEntry& worker, Instant now, Actions& acti
     }
   }
   JobEntry* job = pick(worker);
-  if (job == nullptr) return false;
+  if (job == nullptr) return worker.leases.empty() && take_over(worker, now, actions);
   if (const TaskId* waiting = suspect_for(*job, worker)) {
     const TaskId task = *waiting;
     job->blame.taken(task);
     if (!worker.leases.empty()) {
       worker.reserved = {job->id, task};
+      reserving.insert(worker.id);
       return false;
     }
     grant(worker, *job, task, true, now, actions);

@@ -46,7 +46,7 @@ void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::
     for (const LeaseId& lease : revoke.leases) end_lease(worker, lease.number);
     worker.parts.erase(job.id);
     if (worker.reserved && worker.reserved->first == job.id) {
-      worker.reserved.reset();
+      clear_reservation(worker);
       touched.insert(id);
     }
     if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));

@@ -43,10 +43,15 @@ void Scheduler::State::set_aside(JobEntry& job, const TaskId& task) {
   work_appeared = true;
 }
 
+void Scheduler::State::clear_reservation(WorkerEntry& worker) {
+  worker.reserved.reset();
+  reserving.erase(worker.id);
+}
+
 void Scheduler::State::unreserve(WorkerEntry& worker) {
   if (!worker.reserved) return;
   const auto [id, task] = *worker.reserved;
-  worker.reserved.reset();
+  clear_reservation(worker);
   if (JobEntry* entry = live_job(id)) put_back(*entry, task);
 }
 

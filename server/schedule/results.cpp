@@ -32,8 +32,10 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   entry->stalled = false;
   state_->touched.insert(worker);
 
-  if (!owner->takes(entry->info.build_id) || owner->journaling.contains(task))
-    return Verdict::stale;
+  if (!owner->takes(entry->info.build_id)) return Verdict::stale;
+  if (owner->journaling.contains(task)) return Verdict::stale;
+  const Charges* charges = owner->blame.find(task);
+  if (charges != nullptr && charges->invalid.contains(lease)) return Verdict::stale;
   switch (owner->tasks.state(task)) {
     case TaskTable::State::closed:
       return Verdict::stale;
@@ -61,6 +63,7 @@ Actions Scheduler::result_invalid(WorkerId worker, const LeaseId& lease, JobId j
       if (reason.empty() || entry == nullptr) {
         state_->put_back(*owner, task);
       } else {
+        owner->blame.charge(task).invalid.insert(lease);
         state_->error_said(*owner, task, entry->info.identity, "an invalid result: " + reason,
                            actions);
       }

@@ -40,8 +40,9 @@ struct Scheduler::State {
   WorkerId last_worker = 0;
 
   Timers timers;
-  std::set<WorkerId> touched;  // whose window may have room
-  bool work_appeared = false;  // for workers that found none before
+  std::set<WorkerId> touched;    // whose window may have room
+  std::set<WorkerId> reserving;  // workers with a suspect reserved
+  bool work_appeared = false;    // for workers that found none before
   /// Workers with room for which there was no work, by build.
   std::map<Digest, std::set<WorkerId>> hungry;
   Instant last_now{};
@@ -59,6 +60,8 @@ struct Scheduler::State {
   JobEntry* pick(const WorkerEntry& worker);
   void grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone, Instant now,
              Actions& actions);
+  /// The suspect that a busy worker was to run next, for one that has nothing at all.
+  bool take_over(WorkerEntry& idle, Instant now, Actions& actions);
   bool grant_one(WorkerEntry& worker, Instant now, Actions& actions);
   void fill(WorkerEntry& worker, Instant now, Actions& actions);
   void serve_hungry(Instant now, Actions& actions);
@@ -73,6 +76,8 @@ struct Scheduler::State {
   /// A task that is aside is opened again, or waits as a suspect.
   void put_back(JobEntry& job, const TaskId& task);
   void set_aside(JobEntry& job, const TaskId& task);
+  void clear_reservation(WorkerEntry& worker);
+  /// … and the suspect waits for another.
   void unreserve(WorkerEntry& worker);
   void lost_while_running(JobEntry& job, const TaskId& task, const std::string& identity,
                           bool alone, Actions& actions);

@@ -36,6 +36,12 @@ TaskTable::State TaskTable::state(const TaskId& task) const {
   return frame == begun_.end() ? State::open : frame->second.state({task.pass, task.tile});
 }
 
+bool TaskTable::within(const TaskId& task) const {
+  const auto frame = begun_.find(index_of(task.frame));
+  return frame != begun_.end() ? frame->second.within({task.pass, task.tile})
+                               : task.pass < passes_ahead_;
+}
+
 std::int64_t TaskTable::samples(const TaskId& task) const {
   return plan_->grid.tile(task.tile).pixels() * plan_->passes.pass(task.pass).count;
 }

@@ -22,6 +22,8 @@ class TaskTable {
   [[nodiscard]] const JobPlan& plan() const { return *plan_; }
   /// The task must be one of the plan's, here and below.
   [[nodiscard]] State state(const TaskId& task) const;
+  /// Within the limit of passes ahead of its tile's fold.
+  [[nodiscard]] bool within(const TaskId& task) const;
   /// Pixels × samples of the pass.
   [[nodiscard]] std::int64_t samples(const TaskId& task) const;
 
