@@ -1,0 +1,173 @@
+// What the scheduler says is carried out, and held against its rules.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tests/sim/coordinator.hpp"
+#include "tests/sim/worker.hpp"
+
+namespace tessera::sim {
+
+void Coordinator::arm() {
+  const auto next = scheduler_->next_deadline();
+  if (!next || (armed_ && *armed_ <= *next && *armed_ >= world_.events.now())) return;
+  armed_ = next;
+  world_.events.at(*next, [this, life = life_, instant = *next] {
+    if (life != life_ || armed_ != instant) return;
+    armed_.reset();
+    apply(scheduler_->tick(world_.events.now()));
+  });
+}
+
+void Coordinator::release(const LeaseId& lease) {
+  const auto found = leases_.find(lease);
+  if (found == leases_.end()) return;
+  out_.erase({found->second.job, found->second.task});
+  held_[found->second.worker].erase(lease);
+  leases_.erase(found);
+}
+
+void Coordinator::release_all(server::WorkerId worker) {
+  for (const LeaseId& lease : std::set<LeaseId>(held_[worker])) release(lease);
+  held_.erase(worker);
+  idle_looks_.erase(worker);
+  excused_.erase(worker);
+}
+
+void Coordinator::granted(const server::GrantLease& grant) {
+  ++world_.decisions;
+  world_.note(grant.lease.number ^ grant.task.tile ^ (std::uint64_t{grant.task.pass} << 20));
+  const Disk::Job& job = world_.disk.jobs.at(grant.job);
+  const std::string what = fmt::format("job {} {}", grant.job, text_of(grant.task));
+  const auto link = links_.find(grant.worker);
+  require(link != links_.end(), what + " is granted to a worker that is connected");
+  require(job.ended.empty() && !paused_.contains(grant.job), what + " is of a job that runs");
+  require(job.plan->contains(grant.task), what + " is one of the job's");
+  require(!job.results.contains(grant.task) || arrived_.contains({grant.job, grant.task}) == false,
+          what + " is not being kept");
+  require(!out_.contains({grant.job, grant.task}), what + " is leased once at a time");
+  require(!arrived_.contains({grant.job, grant.task}),
+          what + " is not granted while its result is being kept");
+  require(grant.task.pass < folded(grant.job, grant.task) + 3,
+          what + " is within three passes of its tile's fold");
+  require(grant.lease.epoch == world_.disk.epoch, what + " has a lease of this epoch");
+  if (const auto build = builds_.find(grant.job); build != builds_.end()) {
+    require(link->second->worker->info().build_id == build->second,
+            what + " goes to the job's build");
+  }
+  require(leases_.emplace(grant.lease, Lease{grant.worker, grant.job, grant.task}).second,
+          what + " has a lease of its own");
+  out_.emplace(std::pair(grant.job, grant.task), grant.lease);
+  held_[grant.worker].insert(grant.lease);
+  const Link to = link->second;
+  world_.carry(to, false, [to, grant] { to->worker->assigned(grant); });
+}
+
+void Coordinator::apply(const server::Actions& actions) {
+  for (const server::Action& action : actions) {
+    if (const auto* grant = std::get_if<server::GrantLease>(&action)) {
+      granted(*grant);
+    } else if (const auto* revoke = std::get_if<server::RevokeLeases>(&action)) {
+      for (const LeaseId& lease : revoke->leases) release(lease);
+      const auto link = links_.find(revoke->worker);
+      require(link != links_.end(), "leases are revoked from workers that are connected");
+      const Link to = link->second;
+      world_.carry(to, false, [to, leases = revoke->leases] { to->worker->revoked(leases); });
+    } else if (const auto* drop = std::get_if<server::DropWorker>(&action)) {
+      world_.note(drop->worker);
+      const Link link = links_.at(drop->worker);
+      links_.erase(drop->worker);
+      release_all(drop->worker);
+      link->open = false;
+      world_.events.after(0.001, [link] { link->worker->disconnected(link); });
+      later(world_.random.between(0, 1), [this, link] { left(link, false); });
+    } else if (const auto* failed = std::get_if<server::JobFailed>(&action)) {
+      world_.disk.jobs.at(failed->job).ended = "failed";
+      throw Violation(fmt::format("job {} failed: {}", failed->job, failed->reason));
+    } else if (const auto* frame = std::get_if<server::FrameFinished>(&action)) {
+      auto& finished = world_.disk.jobs.at(frame->job).finished;
+      for (const auto& [place, tile] : films_[frame->job].tiles) {
+        if (place.first == frame->frame) finished.insert_or_assign(place, tile);
+      }
+    } else if (const auto* done = std::get_if<server::JobFinished>(&action)) {
+      require(world_.disk.jobs.at(done->job).ended.empty(), "a job is finished once");
+      world_.disk.jobs.at(done->job).ended = "done";
+    }
+  }
+  arm();
+}
+
+bool Coordinator::waits(JobId id) const {
+  const Disk::Job& job = world_.disk.jobs.at(id);
+  if (!job.ended.empty() || paused_.contains(id) || !scheduler_->job(id, world_.events.now()))
+    return false;
+  const FrameRange& frames = job.plan->spec.frames;
+  for (std::int32_t frame = frames.first; frames.contains(frame); frame += frames.step) {
+    for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile) {
+      TaskId task{frame, tile, folded(id, {frame, tile, 0})};
+      const std::uint32_t end = std::min(task.pass + 3, job.plan->passes.count());
+      for (; task.pass < end; ++task.pass) {
+        if (!job.results.contains(task) && !out_.contains({id, task}) &&
+            !arrived_.contains({id, task}))
+          return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool Coordinator::quarantined(server::WorkerId worker) const {
+  const auto views = scheduler_->workers(world_.events.now());
+  return world_.weather.corrupt > 0 &&
+         std::any_of(views.begin(), views.end(), [&](const server::WorkerView& view) {
+           return view.id == worker && view.state == "quarantined";
+         });
+}
+
+std::string Coordinator::describe(server::WorkerId worker,
+                                  const std::vector<JobId>& waiting) const {
+  std::string text;
+  for (const server::WorkerView& view : scheduler_->workers(world_.events.now())) {
+    if (view.id == worker)
+      text = fmt::format("worker {} ({}) is {}", worker, view.info.name, view.state);
+  }
+  for (const JobId id : waiting) {
+    const server::JobView view = *scheduler_->job(id, world_.events.now());
+    text += fmt::format(", job {} is {} with {} of {} tasks done, {} leased", id, view.state,
+                        view.tasks_done, view.tasks, view.leased);
+  }
+  return text;
+}
+
+void Coordinator::look_around() {
+  if (!up()) return;
+  const Instant now = world_.events.now();
+  for (const auto& [worker, link] : links_) {
+    if (world_.bug == Bug::forget_lost_worker && !link->open) scheduler_->worker_heard(worker, now);
+    require(
+        now - last_byte_[worker] < std::chrono::seconds(5) || world_.bug == Bug::forget_lost_worker,
+        "a worker that was silent for five seconds is dropped");
+    require(held_[worker].size() <= 1024, "a window has its most");
+  }
+  if (world_.bug != Bug::none && world_.bug != Bug::forget_lost_worker) return;
+  std::vector<JobId> waiting;
+  for (const auto& [id, job] : world_.disk.jobs) {
+    if (waits(id)) waiting.push_back(id);
+  }
+  for (const auto& [worker, link] : links_) {
+    const auto& build = link->worker->info().build_id;
+    const bool could = std::any_of(waiting.begin(), waiting.end(), [&](JobId id) {
+      const auto view = scheduler_->job(id, now);
+      return !view->build || *view->build == build;
+    });
+    const auto excused = excused_.find(worker);
+    const bool idle = held_[worker].empty() && (excused == excused_.end() || excused->second < now);
+    int& looks = idle_looks_[worker];
+    looks = idle && could ? looks + 1 : 0;
+    if (looks >= 3 && !quarantined(worker))
+      throw Violation(
+          fmt::format("no worker idles while a task waits: {}", describe(worker, waiting)));
+  }
+}
+
+}  // namespace tessera::sim

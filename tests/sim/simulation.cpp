@@ -1,0 +1,194 @@
+#include "tests/sim/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include "tests/sim/coordinator.hpp"
+#include "tests/sim/worker.hpp"
+
+namespace tessera::sim {
+
+World::World(std::uint64_t seed) : random(seed) {}
+World::~World() = default;
+
+void World::cut(const Link& link, bool notices) {
+  link->open = false;
+  events.after(random.between(0, 0.1), [link] { link->worker->disconnected(link); });
+  if (!notices) return;
+  events.after(random.between(0, 0.1), [this, link] { coordinator->closed(link); });
+}
+
+namespace {
+
+constexpr double give_up_seconds = 4000;
+
+Weather draw_weather(Random& random) {
+  Weather weather;
+  weather.latency_most = random.chance(0.2) ? 0.5 : random.between(0.001, 0.05);
+  const auto sometimes = [&](double low, double high) {
+    return random.chance(0.6) ? random.between(low, high) : 1e9;
+  };
+  weather.cut_every = sometimes(0.5, 10);
+  weather.crash_every = sometimes(1, 20);
+  weather.silence_every = sometimes(2, 20);
+  weather.restart_every = sometimes(3, 30);
+  weather.leave_every = sometimes(3, 20);
+  weather.duplicate = random.chance(0.5) ? random.between(0, 0.2) : 0;
+  weather.late = random.chance(0.5) ? random.between(0, 0.1) : 0;
+  weather.error = random.chance(0.3) ? random.between(0, 0.02) : 0;
+  weather.corrupt = random.chance(0.3) ? random.between(0, 0.01) : 0;
+  weather.sync_most = random.between(0.002, 0.2);
+  weather.fold_most = random.chance(0.2) ? 1.0 : random.between(0.0, 0.05);
+  weather.calm_after = random.between(10, 90);
+  return weather;
+}
+
+JobSpec draw_job(Random& random) {
+  JobSpec spec;
+  spec.name = "job";
+  spec.bundle = digest_of("bundle");
+  spec.render.width = static_cast<int>(random.whole(1, 12));
+  spec.render.height = static_cast<int>(random.whole(1, 4));
+  spec.render.samples = random.whole(1, 1500);
+  spec.render.seed = random.next();
+  spec.tile = 1;
+  spec.pass = static_cast<int>(random.whole(1, 4) * 32);
+  spec.priority = static_cast<int>(random.whole(0, 1));
+  spec.frames = {1, static_cast<std::int32_t>(random.whole(1, 3)), 1};
+  return spec;
+}
+
+/// One run's script: who comes, and what goes wrong when.
+class Script {
+ public:
+  explicit Script(World& world) : world_(world), power_(world.random.between(20, 400)) {}
+
+  void begin() {
+    Random& random = world_.random;
+    world_.coordinator = std::make_unique<Coordinator>(world_);
+    const auto jobs = random.whole(1, 3);
+    for (std::int64_t i = 1; i <= jobs; ++i) {
+      const auto id = static_cast<JobId>(i);
+      const double when = i == 1 ? 0 : random.between(0, 20);
+      const auto plan = std::make_shared<const JobPlan>(draw_job(random));
+      world_.events.after(when, [this, id, plan] {
+        world_.disk.jobs[id].plan = plan;
+        world_.coordinator->submit(id);
+      });
+      last_submit_ = std::max(last_submit_, when);
+      if (random.chance(0.1))
+        world_.events.after(random.between(5, 60), [this, id] {
+          if (world_.disk.jobs.contains(id)) world_.coordinator->cancel(id);
+        });
+      if (random.chance(0.2))
+        world_.events.after(random.between(5, 60), [this, id] {
+          if (world_.disk.jobs.contains(id)) world_.coordinator->pause(id, 7);
+        });
+    }
+    world_.coordinator->start();
+    const auto workers = random.whole(1, 10);
+    for (std::int64_t i = 0; i < workers; ++i)
+      world_.events.after(random.between(0, 10), [this] { add_worker(); });
+    const Weather& weather = world_.weather;
+    again(weather.cut_every, [this] { cut(); });
+    again(weather.crash_every, [this] { crash(); });
+    again(weather.silence_every, [this] { silence(); });
+    again(weather.leave_every, [this] { leave(); });
+    again(weather.restart_every, [this] { restart(); });
+    world_.events.after(weather.calm_after + 1, [this] {
+      for (const char* build : {"build", "build", "other"}) add_worker(build);
+    });
+    look();
+  }
+
+  [[nodiscard]] bool over() const {
+    return world_.events.seconds_now() > last_submit_ + 0.1 && world_.coordinator->up() &&
+           world_.coordinator->all_ended();
+  }
+
+ private:
+  void look() {
+    world_.coordinator->look_around();
+    world_.events.after(1, [this] { look(); });
+  }
+  void again(double every, const std::function<void()>& what) {
+    world_.events.after(every * world_.random.between(0.1, 1.9), [this, every, what] {
+      if (world_.calm()) return;
+      ++world_.faults;
+      what();
+      again(every, what);
+    });
+  }
+  void add_worker() { add_worker(world_.random.chance(0.05) ? "other" : "build"); }
+  void add_worker(const std::string& build) {
+    const double speed = power_ * world_.random.between(1, 10);
+    world_.workers.push_back(std::make_unique<Worker>(
+        world_, fmt::format("worker {}", world_.workers.size()), speed, build));
+    world_.workers.back()->start();
+  }
+  Worker* any_worker() {
+    std::vector<Worker*> alive;
+    for (const auto& worker : world_.workers) {
+      if (worker->alive()) alive.push_back(worker.get());
+    }
+    if (alive.empty()) return nullptr;
+    return alive[static_cast<std::size_t>(
+        world_.random.whole(0, static_cast<std::int64_t>(alive.size()) - 1))];
+  }
+  void cut() {
+    Worker* worker = any_worker();
+    if (worker != nullptr && worker->link())
+      world_.cut(worker->link(), !world_.random.chance(world_.weather.half_open));
+  }
+  void crash() {
+    if (Worker* worker = any_worker()) worker->crash();
+    world_.events.after(world_.random.between(0, 5), [this] { add_worker(); });
+  }
+  void leave() {
+    if (Worker* worker = any_worker()) worker->leave();
+    world_.events.after(world_.random.between(0, 5), [this] { add_worker(); });
+  }
+  void silence() {
+    if (Worker* worker = any_worker()) worker->fall_silent(world_.random.between(0.5, 15));
+  }
+  void restart() {
+    if (!world_.coordinator->up()) return;
+    world_.coordinator->kill();
+    world_.events.after(world_.random.between(0.05, 4), [this] { world_.coordinator->start(); });
+  }
+
+  World& world_;
+  double power_;
+  double last_submit_ = 0;
+};
+
+}  // namespace
+
+Outcome run(std::uint64_t seed, Bug bug) {
+  World world(seed);
+  world.bug = bug;
+  world.weather = draw_weather(world.random);
+  Script script(world);
+  Outcome outcome;
+  try {
+    script.begin();
+    while (!script.over()) {
+      require(world.events.step(), "something is left to happen");
+      require(world.events.seconds_now() < give_up_seconds,
+              "all jobs end in the time that they may take");
+    }
+    audit(world.disk, world.acknowledged);
+  } catch (const Violation& violation) {
+    outcome.violation =
+        fmt::format("at {:.3f} s: not so: {}", world.events.seconds_now(), violation.what());
+  }
+  outcome.trace = world.trace;
+  outcome.events = world.events.count();
+  outcome.faults = world.faults;
+  outcome.decisions = world.decisions;
+  outcome.virtual_seconds = world.events.seconds_now();
+  for (const auto& [id, job] : world.disk.jobs)
+    outcome.tasks += static_cast<std::uint64_t>(job.plan->tasks());
+  return outcome;
+}
+
+}  // namespace tessera::sim

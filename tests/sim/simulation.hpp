@@ -1,0 +1,18 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "tests/sim/bug.hpp"
+
+namespace tessera::sim {
+
+struct Outcome {
+  std::string violation;  // empty: every rule held
+  std::uint64_t trace = 0, events = 0, faults = 0, decisions = 0, tasks = 0;
+  double virtual_seconds = 0;
+};
+
+/// One run from one seed: jobs, workers and weather are drawn from it.
+Outcome run(std::uint64_t seed, Bug bug = Bug::none);
+
+}  // namespace tessera::sim
