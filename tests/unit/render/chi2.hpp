@@ -39,8 +39,8 @@ struct Chi2Case {
   std::function<double(double s, double t)> density;
   int bins_s = 16, bins_t = 16;
   int samples = 200'000;
-  int quadrature =
-      4;  ///< each bin is cut into this many, squared, before Gauss' rule of 5×5 points
+  /// Each bin is cut into this many, squared, before Gauss' rule of 5×5 points.
+  int quadrature = 4;
 };
 
 /// An empty string if the hypothesis stands at α = .01 (with Šidák's correction for all tests of

@@ -16,12 +16,14 @@ Light sphere(float x, float radiance) {
 
 TEST(LightTable, ChoosesByPowerAndSaysHowOften) {
   std::vector<Light> lights;
+  lights.reserve(37);
   for (int i = 0; i < 37; ++i)
     lights.push_back(sphere(static_cast<float>(i), static_cast<float>(i % 7)));
   const LightTable table(lights);
   double total = 0;
   for (const Light& light : lights) total += static_cast<double>(luminance(power(light)));
   std::vector<double> observed(lights.size(), 0.0), expected;
+  expected.reserve(lights.size());
   constexpr int n = 200'000;
   for (std::uint32_t i = 0; i < table.size(); ++i) {
     const double share = static_cast<double>(luminance(power(table[i]))) / total;
@@ -41,6 +43,7 @@ TEST(LightTable, ChoosesByPowerAndSaysHowOften) {
 TEST(LightTable, EachOfManyLightsIsChosenAsOftenAsItsPmfSays) {
   // Every 512th of all 2^32 numbers: each light's frequency, to the grid's step.
   std::vector<Light> lights;
+  lights.reserve(3000);
   for (int i = 0; i < 3000; ++i) lights.push_back(sphere(0, 1 + static_cast<float>(i % 11)));
   const LightTable table(lights);
   std::vector<double> count(lights.size(), 0.0);
