@@ -147,7 +147,7 @@ asio::awaitable<bool> FramedStream::Connection::fill(Steady::time_point deadline
   });
   error_code error;
   auto token = asio::bind_cancellation_slot(signal->slot(),
-                                                  asio::redirect_error(asio::use_awaitable, error));
+                                            asio::redirect_error(asio::use_awaitable, error));
   const auto target = asio::buffer(buffer.data(), buffer.size());
   const std::size_t got = co_await socket.async_read_some(target, token);
   ++reads;

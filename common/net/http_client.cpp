@@ -16,14 +16,12 @@
 #include <boost/beast/http/serializer.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
-#include <cctype>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
-#include "common/base/json.hpp"
 #include "common/net/address.hpp"
+#include "common/net/http_text.hpp"
 
 namespace tessera::net {
 
@@ -48,50 +46,6 @@ struct Wire {
   bool answered = false;  ///< of the present request, something has come
   bool cancelled = false;
 };
-
-ErrorKind kind_of(int status) {
-  switch (status) {
-    case 401:
-    case 403:
-      return ErrorKind::refused;
-    case 404:
-      return ErrorKind::not_found;
-    case 409:
-    case 412:
-      return ErrorKind::conflict;
-    case 413:
-      return ErrorKind::too_large;
-    case 400:
-    case 422:
-      return ErrorKind::bad_input;
-    default:
-      return ErrorKind::failed;
-  }
-}
-
-/// The detail of a problem (RFC 9457), or what there is instead.
-std::string problem_text(const HttpResponse& response) {
-  try {
-    const Json json = parse_json(response.body, "problem");
-    for (const char* key : {"detail", "title"})
-      if (const auto found = json.find(key);
-          json.is_object() && found != json.end() && found->is_string())
-        return found->get<std::string>();
-  } catch (const Error&) {  // no problem details: the status has to do
-  }
-  return fmt::format("the server answered with status {}", response.status);
-}
-
-Place problem_place(const HttpResponse& response) {
-  try {
-    const Json json = parse_json(response.body, "problem");
-    if (const auto found = json.find("key");
-        json.is_object() && found != json.end() && found->is_string())
-      return {.key = found->get<std::string>()};
-  } catch (const Error&) {  // as above
-  }
-  return {};
-}
 
 bool repeatable(std::string_view method) { return method != "POST" && method != "PATCH"; }
 }  // namespace
@@ -312,8 +266,7 @@ asio::awaitable<HttpResponse> HttpClient::Impl::run(HttpRequest request, const S
     response = co_await once(wire, request, sink);
   }
   if (wire->stream.socket().is_open()) kept = wire;
-  if (response->status >= 400 && request.errors_throw)
-    throw Error(kind_of(response->status), problem_text(*response), problem_place(*response));
+  if (response->status >= 400 && request.errors_throw) throw_problem(*response);
   co_return std::move(*response);
 }
 
@@ -371,8 +324,7 @@ asio::awaitable<void> HttpClient::events(std::string target, std::string last_ev
   };
   try {
     const HttpResponse response = co_await impl->once(wire, request, &take);
-    if (response.status >= 400)
-      throw Error(kind_of(response.status), problem_text(response), problem_place(response));
+    if (response.status >= 400) throw_problem(response);
   } catch (const Error&) {
     if (!done) throw;
   }
@@ -386,27 +338,6 @@ void HttpClient::cancel() {
       wire->stream.close();
     }
   impl_->kept.reset();
-}
-
-std::string HttpResponse::header(std::string_view name) const {
-  const auto lower = [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  };
-  for (const auto& [key, value] : headers)
-    if (std::equal(key.begin(), key.end(), name.begin(), name.end(),
-                   [&](char a, char b) { return lower(a) == lower(b); }))
-      return value;
-  return {};
-}
-
-std::string url_encoded(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '.' || c == '_' || c == '~';
-    out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return out;
 }
 
 }  // namespace tessera::net
