@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "tests/farm/scripted_worker.hpp"
+
 namespace tessera::farm_test {
 
 using nlohmann::json;
@@ -59,10 +61,15 @@ std::string Farm::submit(const std::string& scene, std::vector<std::string> argu
   return id;
 }
 
-json Farm::job(const std::string& id) const {
-  const Outcome outcome = tessera({"--json", "jobs", id});
-  const json answer = json::parse(outcome.output, nullptr, false);
-  return answer.is_array() && !answer.empty() ? answer.front() : answer;
+json Farm::job(const std::string& id) const { return get("/v1/jobs/" + id); }
+
+json Farm::get(const std::string& route) const {
+  const Line line(http_);
+  line.send("GET " + route + " HTTP/1.1\r\nHost: " + http_ + "\r\nConnection: close\r\n\r\n");
+  const std::string answer = line.receive_all(Seconds(10));
+  const std::size_t body = answer.find("\r\n\r\n");
+  if (body == std::string::npos) return nullptr;
+  return json::parse(answer.substr(body + 4), nullptr, false);
 }
 
 bool Farm::wait_for_progress(const std::string& id, double progress, Seconds most) const {
@@ -71,7 +78,7 @@ bool Farm::wait_for_progress(const std::string& id, double progress, Seconds mos
     const json now = job(id);
     if (now.is_object() && now.value("progress", 0.0) >= progress) return true;
     if (now.is_object() && now.value("state", "") == "failed") return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
 }

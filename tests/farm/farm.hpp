@@ -28,6 +28,8 @@ class Farm {
   std::string submit(const std::string& scene, std::vector<std::string> arguments);
   /// The HTTP job object.
   [[nodiscard]] nlohmann::json job(const std::string& id) const;
+  /// What HTTP answers to GET; discarded or null where that is no JSON.
+  [[nodiscard]] nlohmann::json get(const std::string& route) const;
   /// Until the job's progress is at least `progress` (0…1); false after `most`.
   [[nodiscard]] bool wait_for_progress(const std::string& id, double progress,
                                        Seconds most = Seconds(120)) const;

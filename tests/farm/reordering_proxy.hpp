@@ -16,7 +16,7 @@ namespace tessera::farm_test {
 class ReorderingProxy {
  public:
   /// Holds up to `held_most` results; 1 lets each pass as it comes.
-  explicit ReorderingProxy(const std::string& coordinator, std::size_t held_most = 6);
+  explicit ReorderingProxy(const std::string& coordinator, std::size_t held_most = 30);
   ~ReorderingProxy();
   ReorderingProxy(const ReorderingProxy&) = delete;
   ReorderingProxy& operator=(const ReorderingProxy&) = delete;

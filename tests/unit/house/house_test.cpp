@@ -144,9 +144,10 @@ TEST(House, the_rules_have_no_circle) {
 TEST(House, each_outside_library_has_one_room) {
   for (const Include& include : all_includes())
     for (const auto& [form, room] : rooms())
-      if (std::regex_search(include.name, form))
+      if (std::regex_search(include.name, form)) {
         EXPECT_EQ(include.folder, room)
             << include.file << ":" << include.line << ": " << include.name;
+      }
 }
 
 std::string needed_libraries(const std::string& program) {
