@@ -19,7 +19,9 @@ export function span(seconds) {
 
 /** 0…1 as "42 %"; never 100 before it is. */
 export function percent(fraction) {
-  return `${fraction >= 1 ? 100 : Math.min(99.9, fraction * 100).toFixed(fraction < 0.1 ? 1 : 0)} %`;
+  if (fraction >= 1) return '100 %';
+  const fine = fraction < 0.1 || fraction > 0.99;
+  return `${Math.min(99.9, fraction * 100).toFixed(fine ? 1 : 0)} %`;
 }
 
 /** One line about a job's progress. */
