@@ -1,6 +1,7 @@
 // What goes out: which job a worker serves, and which task.
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "server/schedule/state.hpp"
 
@@ -160,25 +161,32 @@ void Scheduler::State::serve_hungry(Instant now, Actions& actions) {
         id = entry.has_room(settings) ? std::next(id) : ids.erase(id);
       }
     }
+    // What busy workers were to run alone is for those who have nothing at all.
+    for (auto id = ids.begin(); id != ids.end() && !reserving.empty();) {
+      WorkerEntry& entry = *worker(*id);
+      if (entry.leases.empty()) grant_one(entry, now, actions);
+      id = entry.has_room(settings) ? std::next(id) : ids.erase(id);
+    }
     group = ids.empty() ? hungry.erase(group) : std::next(group);
   }
 }
 
 void Scheduler::State::settle(Instant now, Actions& actions) {
-  while (!touched.empty()) {
-    const WorkerId id = *touched.begin();
-    touched.erase(touched.begin());
-    WorkerEntry* entry = worker(id);
-    if (entry == nullptr) continue;
-    if (entry->offended) {
-      drop(*entry, false,
-           "it sent results that it was not asked for, or that were not what was asked", actions);
-    } else {
-      fill(*entry, now, actions);
+  while (!touched.empty() || work_appeared) {
+    while (!touched.empty()) {
+      const WorkerId id = *touched.begin();
+      touched.erase(touched.begin());
+      WorkerEntry* entry = worker(id);
+      if (entry == nullptr) continue;
+      if (entry->offended) {
+        drop(*entry, false,
+             "it sent results that it was not asked for, or that were not what was asked", actions);
+      } else {
+        fill(*entry, now, actions);
+      }
     }
+    if (std::exchange(work_appeared, false)) serve_hungry(now, actions);
   }
-  if (work_appeared) serve_hungry(now, actions);
-  work_appeared = false;
 }
 
 }  // namespace tessera::server
