@@ -237,7 +237,7 @@ asio::awaitable<void> Agent::Impl::connection() {
     const bool welcomed = co_await shake_hands();
     if (welcomed) co_await serve();
   } catch (const Error& error) {
-    trouble(error.what());
+    if (!bye_said) trouble(error.what());  // the other side may close first
   }
   stream.reset();
 }
