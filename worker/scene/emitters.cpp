@@ -73,7 +73,7 @@ std::vector<render::Light> lights_of(const MergedGroup& group,
     light.two_sided = material.two_sided;
     light.instance = instance;
     light.primitive = emitter.primitive;
-    lights.push_back(std::move(light));
+    lights.push_back(light);
   }
   return lights;
 }

@@ -28,6 +28,7 @@ Integrator integrator(std::string_view name) {
 
 std::vector<std::string_view> integrator_names() {
   std::vector<std::string_view> names;
+  names.reserve(table.size());
   for (const Entry& entry : table) names.push_back(entry.name);
   return names;
 }
