@@ -150,7 +150,7 @@ TEST(HttpClient, one_connection_serves_many_requests) {
 }
 
 TEST(HttpClient, a_kept_connection_that_the_server_closed_is_made_anew) {
-  int requests = 0;
+  std::atomic<int> requests = 0;
   TestServer server([&](const std::string&) { return ++requests == 2 ? std::string() : ok("x"); });
   asio::io_context io;
   HttpClient client(io.get_executor(), server.url(), "");
@@ -160,7 +160,7 @@ TEST(HttpClient, a_kept_connection_that_the_server_closed_is_made_anew) {
 }
 
 TEST(HttpClient, a_post_is_never_sent_twice) {
-  int posts = 0;
+  std::atomic<int> posts = 0;
   TestServer server([&](const std::string& request) {
     if (request.starts_with("POST")) return ++posts, std::string();
     return ok("x");
