@@ -44,7 +44,7 @@ class Index {
   std::int64_t worker_row(const NewResult& result);
   void bind_and_run_job(Statement& statement, const JobRecord& record, std::int64_t id);
 
-  // The statements go before the connections that they belong to.
+  // Destroyed in reverse: the statements before the connection that they belong to.
   Database writer_;
   mutable std::mutex reading_;
   mutable std::optional<Database> reader_;
