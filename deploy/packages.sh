@@ -14,7 +14,7 @@ for purpose in "$@"; do
   case "$purpose" in
     build) wanted+=(git ca-certificates cmake ninja-build ccache g++ pkg-config "$boost" libembree-dev libopenexr-dev libtbb-dev
       nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libisal-dev libtinyobjloader-dev) ;;
-    test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev procps) ;;
+    test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
     check) wanted+=(clang-format clang-tidy) ;;
     *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test or check)" >&2; exit 2 ;;
   esac

@@ -18,7 +18,7 @@ done
 jobs=$(nproc)
 say() { printf '\n== %s\n' "$*"; }
 configure() { cmake --preset "$1" >"build/configure-$1.log" 2>&1 || { cat "build/configure-$1.log" >&2; exit 1; }; }
-build() { configure "$1"; cmake --build --preset "$1" -- --quiet; }
+build() { configure "$1"; cmake --build --preset "$@"; }
 
 mkdir -p build
 if [ $checks = 1 ]; then deploy/packages.sh build test check; else deploy/packages.sh build test; fi
@@ -36,7 +36,7 @@ if [ $checks = 1 ]; then
   ctest --preset asan -j "$jobs"
 
   say "ThreadSanitizer over all that has threads"
-  build tsan
+  build tsan --target threaded_tests
   ctest --preset tsan -j "$jobs"
 fi
 

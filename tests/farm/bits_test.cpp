@@ -76,7 +76,7 @@ TEST(Bits, are_the_same_when_results_arrive_the_slowest_pass_first) {
   Farm farm;
   const ReorderingProxy proxy(farm.listen());
   farm.add_worker(2, proxy.address());
-  expect_reference(farm.finish(farm.submit(scene_path(), job_arguments())));
+  expect_reference(farm.finish(farm.submit(scene_path(), job_arguments(16))));
   EXPECT_GT(proxy.swapped(), 10) << "the proxy had nothing to reorder";
 }
 
