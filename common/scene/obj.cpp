@@ -94,10 +94,17 @@ class Joiner {
     return std::move(mesh_);
   }
 
+  /// Some programs write 0 0 0 where they know no normal.
+  [[nodiscard]] bool has_normal(const tinyobj::index_t& corner) const {
+    return corner.normal_index >= 0 &&
+           triple(attributes_.normals, corner.normal_index) != std::array<float, 3>{};
+  }
+
+  /// A face that lacks a corner's normal is flat: it gets its plane's at all three.
   void triangle(const tinyobj::index_t* corners) {
     std::array<float, 3> flat{};
     bool whole = true;
-    for (std::size_t k = 0; k < 3; ++k) whole = whole && corners[k].normal_index >= 0;
+    for (std::size_t k = 0; k < 3; ++k) whole = whole && has_normal(corners[k]);
     if (normals_ && !whole)
       flat = plane_normal({triple(attributes_.vertices, corners[0].vertex_index),
                            triple(attributes_.vertices, corners[1].vertex_index),
