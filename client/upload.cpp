@@ -60,16 +60,17 @@ std::optional<std::uint64_t> kept(Server& server, const Digest& digest) {
 void send_file(Server& server, const Digest& digest, const std::filesystem::path& file,
                std::uint64_t size) {
   for (int attempt = 1;; ++attempt) {
-    const auto offset = kept(server, digest);
-    if (!offset) return;
-    net::HttpRequest request;
-    request.method = "PUT";
-    request.target = target_of(digest);
-    request.headers.emplace_back("Content-Type", "application/octet-stream");
-    request.headers.emplace_back("Upload-Offset", std::to_string(std::min(*offset, size)));
-    request.headers.emplace_back("Upload-Length", std::to_string(size));
-    request.file = net::FileRange{file, std::min(*offset, size), size - std::min(*offset, size)};
     try {
+      const auto offset = kept(server, digest);
+      if (!offset) return;
+      const std::uint64_t from = std::min(*offset, size);
+      net::HttpRequest request;
+      request.method = "PUT";
+      request.target = target_of(digest);
+      request.headers.emplace_back("Content-Type", "application/octet-stream");
+      request.headers.emplace_back("Upload-Offset", std::to_string(from));
+      request.headers.emplace_back("Upload-Length", std::to_string(size));
+      request.file = net::FileRange{file, from, size - from};
       server.send(std::move(request));
       return;
     } catch (const Error& error) {
