@@ -9,9 +9,9 @@
 
 #include <cerrno>
 #include <csignal>
-#include <initializer_list>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <string_view>
 #include <thread>
 
