@@ -36,8 +36,6 @@ struct ApiContext {
   boost::asio::thread_pool& files;
   ApiSettings settings;
   HttpCounters counters;
-  std::vector<std::string>
-      uploading;  ///< digests (hex) being written by a PUT; one writer at a time
 };
 
 class Api {

@@ -43,7 +43,7 @@ Json job_object(const JobStatus& status) {
   Json job = {{"id", view.id},
               {"name", spec.name},
               {"state", view.state},
-              {"priority", spec.priority},
+              {"priority", view.priority},
               {"frames", frames_object(spec.frames)},
               {"width", spec.render.width},
               {"height", spec.render.height},
@@ -67,6 +67,7 @@ Json job_object(const JobStatus& status) {
   job["error"] = view.error.empty() ? Json() : Json(view.error);
   job["bundle"] = spec.bundle.hex();
   job["plan"] = status.plan->digest.hex();
+  job["build"] = view.build ? Json(view.build->hex()) : Json();
   return job;
 }
 

@@ -85,9 +85,7 @@ class FakeCoordinator : public Coordinator {
   boost::asio::awaitable<void> resume(JobId id) override { co_return change(id, "rendering"); }
   boost::asio::awaitable<void> set_priority(JobId id, int priority) override {
     calls.push_back("priority " + std::to_string(priority));
-    JobSpec changed = known.at(id).plan->spec;
-    changed.priority = priority;
-    known.at(id).plan = std::make_shared<const JobPlan>(changed);
+    known.at(id).view.priority = priority;  // the plan keeps the one that was submitted
     co_return;
   }
 

@@ -40,6 +40,7 @@ TEST(JobObject, WhatIsNotYetIsNull) {
   EXPECT_TRUE(job["finished"].is_null());
   EXPECT_TRUE(job["eta_seconds"].is_null());
   EXPECT_TRUE(job["error"].is_null());
+  EXPECT_TRUE(job["build"].is_null());
 }
 
 }  // namespace
