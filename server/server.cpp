@@ -87,9 +87,18 @@ struct Server::State {
       abandon(context);
       throw;
     }
-    boost::asio::post(files, [this] { blobs.remove_partials(partial_age); });
+    boost::asio::post(files, [this] { forget_old_uploads(); });
   }
   ~State() { files.join(); }
+
+  /// On the pool, where an exception would end the process.
+  void forget_old_uploads() {
+    try {
+      blobs.remove_partials(partial_age);
+    } catch (const std::exception& error) {
+      log::warn("uploads that broke off could not be removed: {}", error.what());
+    }
+  }
 
   void listen(boost::asio::io_context& context) {
     HttpSettings http;
