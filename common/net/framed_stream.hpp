@@ -20,7 +20,8 @@ struct StreamSettings {
   /// Bytes that may wait to be written, bodies included; beyond it the peer does not read, and the
   /// stream is closed.
   std::size_t queue_bytes = 8 * limits::MiB;
-  /// From a message's first byte to its last: what is longer on its way is cut off.
+  /// From a frame's first byte to its last, and from the end of one chunk of a body to the end of
+  /// the next: what is longer on its way is cut off.
   Duration frame_time = limits::frame_time;
   /// A single write (at most 64 KiB and what control messages wait) that takes longer closes the
   /// stream.
