@@ -120,7 +120,7 @@ TEST_F(BadPeer, another_protocol_version_is_refused_with_both_versions) {
   EXPECT_NE(answer.find("99"), std::string::npos) << answer;
 }
 
-TEST_F(BadPeer, a_result_before_hello_ends_the_connection) {
+TEST_F(BadPeer, a_message_before_hello_ends_the_connection) {
   const Line line(farm_.listen());
   const auto encoded = wire::encode(wire::Bye{"too early"});
   line.send(wire::frame_bytes(encoded.type, encoded.header));
@@ -200,7 +200,7 @@ TEST_F(BadPeer, a_page_from_another_origin_is_refused) {
 TEST_F(BadPeer, another_host_name_is_refused) {
   const std::string answer =
       http("GET /v1/jobs HTTP/1.1\r\nHost: evil.example\r\nConnection: close\r\n\r\n");
-  EXPECT_TRUE(answer.starts_with("HTTP/1.1 4")) << answer;
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 421")) << answer;
 }
 
 TEST_F(BadPeer, a_client_that_does_not_read_is_cut_off_and_holds_nothing_up) {

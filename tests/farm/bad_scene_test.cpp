@@ -130,7 +130,7 @@ TEST(BadScene, is_refused_with_its_place_and_harms_nothing) {
   EXPECT_TRUE(farm.workers()[0].running());
   EXPECT_LT(resident_kib(farm.server().pid()), before + 64 * 1024);
   const json jobs = farm.get("/v1/jobs");
-  EXPECT_EQ(jobs.size(), 1U) << "a bad scene was queued: " << jobs.dump(1);
+  EXPECT_EQ(jobs.at("jobs").size(), 1U) << "a bad scene was queued: " << jobs.dump(1);
   EXPECT_EQ(farm.finish(other).width, 64);
 }
 

@@ -43,8 +43,7 @@ void Coordinator::granted(const server::GrantLease& grant) {
   require(link != links_.end(), what + " is granted to a worker that is connected");
   require(job.ended.empty() && !paused_.contains(grant.job), what + " is of a job that runs");
   require(job.plan->contains(grant.task), what + " is one of the job's");
-  require(!job.results.contains(grant.task) || arrived_.contains({grant.job, grant.task}) == false,
-          what + " is not being kept");
+  require(!job.results.contains(grant.task), what + " is not closed");
   require(!out_.contains({grant.job, grant.task}), what + " is leased once at a time");
   require(!arrived_.contains({grant.job, grant.task}),
           what + " is not granted while its result is being kept");
