@@ -39,6 +39,13 @@ void expect_reference(const image::ExrImage& picture) {
   EXPECT_FALSE(different.has_value()) << different.value_or("");
 }
 
+/// From now until the coordinator has given one of two workers up.
+double seconds_until_one_worker_is_left(const Farm& farm) {
+  const auto started = std::chrono::steady_clock::now();
+  EXPECT_TRUE(farm.wait_for_workers(1, Seconds(20))) << farm.logs();
+  return Seconds(std::chrono::steady_clock::now() - started).count();
+}
+
 TEST(Bits, the_reference_is_a_picture) {
   ASSERT_EQ(reference().width, 250);
   ASSERT_EQ(reference().height, 131);
@@ -95,6 +102,7 @@ TEST(Bits, are_the_same_when_a_worker_is_killed) {
   ASSERT_TRUE(farm.wait_for_progress(id, 0.05)) << farm.logs();
   ASSERT_LT(farm.job(id).value("progress", 1.0), 1.0) << "too late to disturb";
   farm.workers()[0].kill();
+  EXPECT_LT(seconds_until_one_worker_is_left(farm), 1.0) << "its work goes out again at once";
   expect_reference(farm.finish(id));
 }
 
@@ -105,9 +113,13 @@ TEST(Bits, are_the_same_when_a_worker_stops_for_ten_seconds) {
   const std::string id = farm.submit(scene_path(), job_arguments());
   ASSERT_TRUE(farm.wait_for_progress(id, 0.05)) << farm.logs();
   ASSERT_LT(farm.job(id).value("progress", 1.0), 1.0) << "too late to disturb";
+  const auto stopped = std::chrono::steady_clock::now();
   farm.workers()[0].signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::seconds(10));
+  EXPECT_LT(seconds_until_one_worker_is_left(farm), 5.0) << "its work goes out again within 5 s";
+  expect_reference(farm.finish(id));  // without the stopped one, which still holds its leases
+  std::this_thread::sleep_until(stopped + std::chrono::seconds(10));
   farm.workers()[0].signal(SIGCONT);
+  EXPECT_TRUE(farm.wait_for_workers(2, Seconds(10))) << farm.logs();
   expect_reference(farm.finish(id));
   EXPECT_TRUE(farm.workers()[0].running()) << "it should have come back";
 }

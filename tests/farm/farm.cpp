@@ -83,6 +83,16 @@ bool Farm::wait_for_progress(const std::string& id, double progress, Seconds mos
   return false;
 }
 
+bool Farm::wait_for_workers(std::size_t count, Seconds most) const {
+  const auto end = std::chrono::steady_clock::now() + most;
+  while (std::chrono::steady_clock::now() < end) {
+    const json now = get("/v1/workers");
+    if (now.is_object() && now.at("workers").size() == count) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
 image::ExrImage Farm::finish(const std::string& id, Seconds most) {
   const Outcome waited = tessera({"wait", id}, most);
   EXPECT_EQ(waited.code, 0) << waited.errors << logs();

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -33,6 +34,8 @@ class Farm {
   /// Until the job's progress is at least `progress` (0…1); false after `most`.
   [[nodiscard]] bool wait_for_progress(const std::string& id, double progress,
                                        Seconds most = Seconds(120)) const;
+  /// Until just `count` workers are connected; false after `most`.
+  [[nodiscard]] bool wait_for_workers(std::size_t count, Seconds most) const;
   /// Waits for the end and reads the picture; a failure is a test failure.
   image::ExrImage finish(const std::string& id, Seconds most = Seconds(240));
 
