@@ -74,7 +74,7 @@ void write_jobs(Writer& out, const std::vector<JobStatus>& jobs) {
 
 void write_workers(Writer& out, const std::vector<WorkerView>& workers) {
   out.family("workers", "gauge", "Workers that are connected, by state.");
-  by_state(out, workers, {"idle", "preparing", "rendering", "draining", "quarantined"},
+  by_state(out, workers, {"idle", "preparing", "rendering", "stalled", "draining", "quarantined"},
            [](const WorkerView& worker) -> std::string_view { return worker.state; });
   std::int64_t threads = 0;
   double speed = 0;

@@ -89,8 +89,8 @@ void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& a
 void Scheduler::State::expire(WorkerEntry& worker, Actions& actions) {
   RevokeLeases revoke{worker.id, {}, "no progress for too long"};
   for (const auto& [number, held] : worker.leases) revoke.leases.push_back(held.id);
+  worker.expired.insert(revoke.leases.begin(), revoke.leases.end());
   actions.emplace_back(std::move(revoke));
-  worker.stalled = true;
   give_back_all(worker, true, actions);
 }
 

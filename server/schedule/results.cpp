@@ -29,7 +29,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     entry->busy_since = now;
   }
   entry->advanced = now;
-  entry->stalled = false;
+  entry->expired.clear();
   state_->touched.insert(worker);
 
   if (!owner->takes(entry->info.build_id)) return Verdict::stale;

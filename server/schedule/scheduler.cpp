@@ -43,6 +43,7 @@ namespace {
 std::string state_of(const WorkerEntry& worker) {
   if (worker.barred) return "quarantined";
   if (worker.draining) return "draining";
+  if (worker.stalled()) return "stalled";
   if (worker.leases.empty()) return "idle";
   const bool rendering =
       std::any_of(worker.leases.begin(), worker.leases.end(), [&](const auto& lease) {

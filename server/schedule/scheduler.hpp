@@ -90,6 +90,8 @@ class Scheduler {
   void worker_heard(WorkerId worker, Instant now);
   Actions worker_preparing(WorkerId worker, JobId job, Instant now);
   Actions worker_ready(WorkerId worker, JobId job, Instant now);
+  /// What of its leases it runs. After leases have expired the worker is granted nothing until this
+  /// names none of them, or a result comes.
   Actions worker_progress(WorkerId worker, const std::vector<std::pair<LeaseId, double>>& running,
                           Instant now);
   /// `lease` lacking: the whole job could not be prepared by this worker; all its leases of the job

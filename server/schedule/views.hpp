@@ -21,7 +21,8 @@ struct WorkerInfo {
 struct WorkerView {
   WorkerId id = 0;
   WorkerInfo info;
-  std::string state;  ///< "idle", "preparing", "rendering", "draining", "quarantined"
+  /// "idle", "preparing", "rendering", "stalled" (its leases expired), "draining", "quarantined"
+  std::string state;
   std::size_t leases = 0;
   std::int64_t tasks_done = 0;
   double samples_per_second = 0;  ///< measured, smoothed

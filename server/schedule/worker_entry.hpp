@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "common/base/clock.hpp"
@@ -36,11 +37,12 @@ struct WorkerEntry {
   bool draining = false;
   bool barred = false;    // by its offences: granted nothing
   bool offended = false;  // … just now: its connection is to end
-  bool stalled = false;   // its leases expired: granted nothing until it shows life
   bool alone = false;     // what it holds is a suspect
   std::optional<std::pair<JobId, TaskId>>
       reserved;  // the suspect that it will run when it holds nothing else
   std::map<std::uint64_t, HeldLease> leases;  // by number: oldest first
+  /// Leases that expired and that it has not let go of, as far as is known.
+  std::set<LeaseId> expired;
   std::map<JobId, Part> parts;
   std::int64_t tasks_done = 0;
   int errors_in_row = 0;
@@ -51,9 +53,11 @@ struct WorkerEntry {
   std::optional<Instant> rests;  // after errors: granted nothing until then
   std::optional<Instant> timer;  // when it is to be looked at
 
+  /// Granted nothing until it shows life.
+  [[nodiscard]] bool stalled() const { return !expired.empty(); }
   /// It may be granted one more.
   [[nodiscard]] bool has_room(const SchedulerSettings& settings) const {
-    if (draining || barred || stalled || alone || rests) return false;
+    if (draining || barred || stalled() || alone || rests) return false;
     if (reserved) return leases.empty();
     if (leases.size() < static_cast<std::size_t>(settings.window_tasks_least)) return true;
     if (leases.size() >= static_cast<std::size_t>(settings.window_tasks_most)) return false;

@@ -117,6 +117,14 @@ Actions Scheduler::worker_progress(WorkerId worker,
     held->second.fraction = fraction;
     entry->advanced = now;
   }
+  const bool let_go = std::none_of(running.begin(), running.end(), [&](const auto& one) {
+    return entry->expired.contains(one.first);
+  });
+  // It has heard that its leases are over and runs none of them any more: it is alive.
+  if (entry->stalled() && let_go) {
+    entry->expired.clear();
+    state_->touched.insert(worker);
+  }
   state_->settle(now, actions);
   return actions;
 }

@@ -47,6 +47,57 @@ TEST_F(ScheduleTest, WhatIsHeardKeepsAWorker) {
   EXPECT_TRUE(dropped_.empty());
 }
 
+TEST_F(ScheduleTest, AnExpiredLeaseIsOutAgainOnceItsWorkerHasLetGoOfIt) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const std::vector<GrantLease> before = held_[a];
+  ASSERT_EQ(before.size(), 2U);
+  const auto progress = [&](const std::vector<std::pair<LeaseId, double>>& running) {
+    take(scheduler_.worker_progress(a, running, now_));
+  };
+  const auto state = [&] { return scheduler_.workers(now_).at(0).state; };
+  for (double waited = 0; waited < 299; waited += 1) {
+    progress({{before[0].lease, 0}});
+    pass(1);
+  }
+  EXPECT_EQ(state(), "rendering");
+  EXPECT_TRUE(revoked_.empty());
+  pass(2);
+  EXPECT_EQ(revoked_.size(), 2U);
+  EXPECT_TRUE(dropped_.empty());
+  EXPECT_EQ(state(), "stalled");
+  // What was on its way before it heard of the end.
+  progress({{before[0].lease, 0}});
+  pass(1);
+  EXPECT_EQ(state(), "stalled");
+  EXPECT_TRUE(held_[a].empty());
+  progress({});
+  EXPECT_EQ(state(), "rendering");
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_FALSE(held_[a].empty()) << i;
+    EXPECT_FALSE(held_[a][0].lease == before[0].lease);
+    finish_one(a);
+  }
+  EXPECT_EQ(finished_, std::vector<JobId>{1});
+}
+
+TEST_F(ScheduleTest, AResultOfAnExpiredLeaseAlsoShowsLife) {
+  add(1, spec(2, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  const GrantLease late = held_[a].at(0);
+  for (double waited = 0; waited < 301; waited += 1) {
+    scheduler_.worker_heard(a, now_);
+    pass(1);
+  }
+  ASSERT_EQ(scheduler_.workers(now_).at(0).state, "stalled");
+  EXPECT_EQ(arrive(a, late), Verdict::take);
+  durable(a, late);
+  EXPECT_EQ(scheduler_.workers(now_).at(0).state, "rendering");
+  EXPECT_EQ(held_[a].size(), 1U);
+}
+
 TEST_F(ScheduleTest, ASuspectRunsAloneAndThreeDeathsAloneFailTheJob) {
   add(1, spec(20, 1));
   TaskId poison{};
