@@ -81,8 +81,10 @@ void Films::fold(Fold& fold) const {
   try {
     const JobPlan& plan = fold.frame->film.plan();
     const std::uint32_t tile = fold.work.tile;
-    auto sums = std::make_shared<FilmTile>(
-        fold.work.before ? *fold.work.before : empty_film_tile(plan.grid.tile(tile)));
+    auto sums = fold.work.own;
+    if (!sums)
+      sums = std::make_shared<FilmTile>(fold.work.before ? *fold.work.before
+                                                         : empty_film_tile(plan.grid.tile(tile)));
     for (const FoldWork::Pass& pass : fold.work.passes) {
       if (pass.tile) {
         server::fold(*sums, pass.tile->image);
@@ -121,12 +123,15 @@ boost::asio::awaitable<FilmSnapshot> Films::snapshot(JobId job, std::int32_t fra
   const auto found = frames_.find({job, frame});
   if (found == frames_.end()) throw Error(ErrorKind::not_found, "this frame has no film");
   const FramePtr held = found->second;
-  if (!held->film.loaded()) {
-    held->film.demand();
-    for (std::uint32_t tile = 0; tile < held->film.tile_count(); ++tile) touch(held, tile);
+  bool asked = false;
+  while (!held->film.loaded() && !held->gone && held->error.empty()) {
+    held->film.demand();  // again, for another's snapshot may have ended it
+    for (std::uint32_t tile = 0; !asked && tile < held->film.tile_count(); ++tile)
+      touch(held, tile);
+    asked = true;
     flush();
+    co_await held->changed.wait();
   }
-  while (!held->film.loaded() && !held->gone && held->error.empty()) co_await held->changed.wait();
   if (!held->error.empty()) throw Error(ErrorKind::failed, held->error);
   if (!held->film.loaded()) throw Error(ErrorKind::not_found, "this frame's film was given up");
   co_return held->film.snapshot();

@@ -70,7 +70,7 @@ class Films {
   struct Fold {
     FramePtr frame;
     FoldWork work;
-    std::shared_ptr<const FilmTile> folded;
+    std::shared_ptr<FilmTile> folded;
     std::string error;
   };
   using Batch = std::shared_ptr<std::vector<Fold>>;

@@ -70,7 +70,12 @@ std::optional<FoldWork> FrameFilm::next(std::uint32_t index) {
   } else {
     count = run_length(tile, tile.folded);
     if (count == 0) return std::nullopt;
-    work.before = film_.tile(index);
+    if (!demanded_) work.own = film_.lend(index);
+    if (work.own) {
+      ++lent_;
+    } else {
+      work.before = film_.tile(index);
+    }
   }
   const auto end = tile.waiting.begin() + static_cast<std::ptrdiff_t>(count);
   work.passes.assign(std::make_move_iterator(tile.waiting.begin()), std::make_move_iterator(end));
@@ -82,7 +87,7 @@ std::optional<FoldWork> FrameFilm::next(std::uint32_t index) {
 
 void FrameFilm::demand() { demanded_ = true; }
 
-bool FrameFilm::done(const FoldWork& work, std::shared_ptr<const FilmTile> folded) {
+bool FrameFilm::done(const FoldWork& work, std::shared_ptr<FilmTile> folded) {
   Tile& tile = tiles_[work.tile];
   assert(tile.busy && folded);
   tile.busy = false;
@@ -92,9 +97,16 @@ bool FrameFilm::done(const FoldWork& work, std::shared_ptr<const FilmTile> folde
     --unloaded_;
     return false;
   }
-  film_.put(work.tile, std::move(folded));
+  if (work.own) --lent_;
+  film_.give_back(work.tile, std::move(folded));
   tile.folded = tile.busy_end;
   return true;
+}
+
+FilmSnapshot FrameFilm::snapshot() {
+  assert(loaded());
+  demanded_ = false;
+  return film_.snapshot();
 }
 
 }  // namespace tessera::server

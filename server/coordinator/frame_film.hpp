@@ -29,7 +29,8 @@ struct FoldWork {
   };
   std::uint32_t tile = 0;
   bool loads = false;                      ///< only brings back what was folded before a restart
-  std::shared_ptr<const FilmTile> before;  ///< nullptr: nothing yet
+  std::shared_ptr<FilmTile> own;           ///< the film's own sums, to be folded into
+  std::shared_ptr<const FilmTile> before;  ///< else what to copy first; nullptr: nothing yet
   std::vector<Pass> passes;
 };
 
@@ -57,18 +58,18 @@ class FrameFilm {
   /// What is to be folded next into this tile; nothing while it is being folded. done() must
   /// follow.
   std::optional<FoldWork> next(std::uint32_t tile);
-  /// Everything that was folded before a restart is wanted now; next() of every tile tells what is
-  /// to be read.
+  /// A snapshot is wanted: next() of every tile tells what was folded before a restart and is to be
+  /// read, and lends no more of the film's own tiles, until the snapshot is taken.
   void demand();
-  /// The work is done. True if passes(tile) has grown.
-  bool done(const FoldWork& work, std::shared_ptr<const FilmTile> folded);
+  /// The work is done; nobody else holds `folded`. True if passes(tile) has grown.
+  bool done(const FoldWork& work, std::shared_ptr<FilmTile> folded);
 
   // ---- looking ----
-  /// True if everything that counts as folded is here.
-  [[nodiscard]] bool loaded() const { return unloaded_ == 0; }
+  /// True if everything that counts as folded is here, and nothing of it is being folded into.
+  [[nodiscard]] bool loaded() const { return unloaded_ == 0 && lent_ == 0; }
   [[nodiscard]] std::uint64_t version() const { return film_.version(); }
   /// Needs loaded().
-  [[nodiscard]] FilmSnapshot snapshot() { return film_.snapshot(); }
+  [[nodiscard]] FilmSnapshot snapshot();
   [[nodiscard]] std::uint32_t tile_count() const {
     return static_cast<std::uint32_t>(tiles_.size());
   }
@@ -91,6 +92,7 @@ class FrameFilm {
   Film film_;
   std::vector<Tile> tiles_;
   std::size_t unloaded_ = 0;
+  std::size_t lent_ = 0;  ///< tiles whose sums are being folded into
   bool demanded_ = false;
 };
 

@@ -36,8 +36,9 @@ struct ArrivedResult {
 using AppendGroup = std::function<std::vector<ResultPlace>(std::vector<ArrivedResult>&)>;
 
 struct WriterSettings {
-  std::size_t group_results = 256;
-  std::size_t group_bytes = 8 * limits::MiB;
+  /// A group costs two syncs however large it is; at these sizes they are a small part of it.
+  std::size_t group_results = 1024;
+  std::size_t group_bytes = 16 * limits::MiB;
   Duration retry_first = std::chrono::milliseconds(100);  ///< after a failure; doubles up to
   Duration retry_most = std::chrono::seconds(5);
 };

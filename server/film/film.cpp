@@ -45,6 +45,17 @@ void Film::restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored) {
   slot = {.tile = std::move(stored), .own = nullptr, .version = version_};
 }
 
+std::shared_ptr<FilmTile> Film::lend(std::uint32_t tile) {
+  Slot& slot = slots_.at(tile);
+  if (slot.own) slot.tile.reset();
+  return std::move(slot.own);
+}
+
+void Film::give_back(std::uint32_t tile, std::shared_ptr<FilmTile> folded) {
+  put(tile, folded);
+  slots_[tile].own = std::move(folded);
+}
+
 FilmSnapshot Film::snapshot() {
   FilmSnapshot out{.grid = grid_, .version = version_, .tiles = {}, .versions = {}};
   out.tiles.reserve(slots_.size());

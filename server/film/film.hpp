@@ -42,6 +42,13 @@ class Film {
   void fold(std::uint32_t tile, const image::TileImage& pass);
   /// Puts a tile in that was folded elsewhere (on a pool's thread, by folded()).
   void put(std::uint32_t tile, std::shared_ptr<const FilmTile> folded);
+  /// Lends the tile's sums out, to be folded into elsewhere without a copy; give_back() must
+  /// follow, and before it the film must neither be looked at nor changed at this tile, and no
+  /// snapshot be taken. nullptr, and nothing is lent, if somebody else may hold the tile, or
+  /// nothing has arrived.
+  [[nodiscard]] std::shared_ptr<FilmTile> lend(std::uint32_t tile);
+  /// Puts a tile in, lent or new, that nobody else holds.
+  void give_back(std::uint32_t tile, std::shared_ptr<FilmTile> folded);
   /// Puts a tile back that was read from the store. The version stays; the tile counts as changed
   /// at it.
   void restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored);

@@ -26,9 +26,11 @@ std::shared_ptr<const DecodedTile> decoded(const JobPlan& plan, std::uint32_t ti
 }
 
 /// What the pool would do.
-std::shared_ptr<const FilmTile> fold_of(const JobPlan& plan, const FoldWork& work) {
-  auto tile = std::make_shared<FilmTile>(work.before ? *work.before
-                                                     : empty_film_tile(plan.grid.tile(work.tile)));
+std::shared_ptr<FilmTile> fold_of(const JobPlan& plan, const FoldWork& work) {
+  auto tile = work.own;
+  if (!tile)
+    tile = std::make_shared<FilmTile>(work.before ? *work.before
+                                                  : empty_film_tile(plan.grid.tile(work.tile)));
   for (const auto& pass : work.passes) fold(*tile, synthetic_tile(plan, {1, work.tile, pass.pass}));
   return tile;
 }
@@ -57,6 +59,51 @@ TEST_F(FrameFilmTest, PassInOrderIsFoldedFromMemory) {
   EXPECT_TRUE(film.done(*work, fold_of(*plan, *work)));
   EXPECT_EQ(film.passes(0), 1U);
   EXPECT_EQ(film.version(), 1U);
+}
+
+TEST_F(FrameFilmTest, TileThatNobodyElseHoldsIsFoldedIntoWithoutACopy) {
+  film.durable(0, 0, place_of(0), decoded(*plan, 0, 0));
+  auto work = film.next(0);
+  ASSERT_TRUE(work);
+  const auto sums = fold_of(*plan, *work);
+  film.done(*work, sums);
+  film.durable(0, 1, place_of(1), decoded(*plan, 0, 1));
+  work = film.next(0);
+  ASSERT_TRUE(work);
+  EXPECT_EQ(work->own, sums);
+  EXPECT_FALSE(film.loaded()) << "a snapshot would see sums that change";
+  film.done(*work, fold_of(*plan, *work));
+  EXPECT_TRUE(film.loaded());
+}
+
+TEST_F(FrameFilmTest, SnapshotThatIsWantedHasTilesCopiedUntilItIsTaken) {
+  film.durable(0, 0, place_of(0), decoded(*plan, 0, 0));
+  auto work = film.next(0);
+  ASSERT_TRUE(work);
+  film.done(*work, fold_of(*plan, *work));
+  film.demand();
+  film.durable(0, 1, place_of(1), decoded(*plan, 0, 1));
+  work = film.next(0);
+  ASSERT_TRUE(work);
+  EXPECT_FALSE(work->own);
+  ASSERT_TRUE(work->before);
+  EXPECT_TRUE(film.loaded());
+  const FilmSnapshot first = film.snapshot();
+  film.done(*work, fold_of(*plan, *work));
+  EXPECT_EQ(first.tiles[0]->passes, 1U);
+  const FilmSnapshot second = film.snapshot();
+  film.durable(0, 2, place_of(2), decoded(*plan, 0, 2));
+  work = film.next(0);
+  ASSERT_TRUE(work);
+  EXPECT_FALSE(work->own) << "the second snapshot holds it";
+  film.done(*work, fold_of(*plan, *work));
+  EXPECT_EQ(second.tiles[0]->passes, 2U);
+  film.durable(0, 3, place_of(3), decoded(*plan, 0, 3));
+  work = film.next(0);
+  ASSERT_TRUE(work);
+  EXPECT_TRUE(work->own);
+  film.done(*work, fold_of(*plan, *work));
+  EXPECT_EQ(film.snapshot().tiles[0]->sums, straight_fold(*plan, 1).tiles[0]->sums);
 }
 
 TEST_F(FrameFilmTest, EarlyPassKeepsItsPlaceAndNotItsPixels) {

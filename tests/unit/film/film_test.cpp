@@ -109,6 +109,24 @@ TEST(Film, folding_elsewhere_and_putting_in_gives_the_same_bits_as_folding_in_pl
   EXPECT_EQ(elsewhere.version(), 3U);
 }
 
+TEST(Film, lends_a_tile_that_nobody_else_was_given_and_takes_it_back_with_the_same_bits) {
+  Film in_place(grid), lending(grid);
+  for (const std::uint32_t n : {1U, 3U, 12U}) {
+    const TileImage pass = pass_over(grid, 3, n, 1.0F / static_cast<float>(n));
+    in_place.fold(3, pass);
+    auto sums = lending.lend(3);
+    EXPECT_EQ(sums == nullptr, n == 1);
+    if (!sums) sums = std::make_shared<FilmTile>(empty_film_tile(grid.tile(3)));
+    fold(*sums, pass);
+    lending.give_back(3, sums);
+  }
+  const FilmSnapshot given = lending.snapshot();
+  EXPECT_EQ(given.tiles[3]->sums, in_place.tile(3)->sums);
+  EXPECT_EQ(given.version, 3U);
+  EXPECT_EQ(lending.lend(3), nullptr) << "the snapshot holds it";
+  EXPECT_EQ(lending.tile(3), given.tiles[3]);
+}
+
 TEST(Film, restored_tiles_count_as_changed_at_the_version_where_counting_goes_on) {
   Film film(grid);
   film.fold(0, pass_over(grid, 0, 1, 1));
