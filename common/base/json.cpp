@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <unordered_set>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -24,38 +23,30 @@ Place place_at(std::string_view text, std::string_view name, std::size_t offset)
                                                                            : offset - newline - 1)};
 }
 
-/// Refuses doubled keys and deep nesting before a document is built of it.
-class Checker : public nlohmann::json_sax<Json> {
+/// Builds the document, and refuses doubled keys and deep nesting as soon as they come.
+class Builder : public nlohmann::json_sax<Json> {
  public:
+  Json document;
   std::string problem;
   std::size_t error_byte = 0;
 
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(number_integer_t) override { return true; }
-  bool number_unsigned(number_unsigned_t) override { return true; }
-  bool number_float(number_float_t, const string_t&) override { return true; }
-  bool string(string_t&) override { return true; }
-  bool binary(binary_t&) override { return true; }
-  bool start_object(std::size_t) override {
-    keys_.emplace_back();
-    return enter();
-  }
+  bool null() override { return value(nullptr); }
+  bool boolean(bool flag) override { return value(flag); }
+  bool number_integer(number_integer_t number) override { return value(number); }
+  bool number_unsigned(number_unsigned_t number) override { return value(number); }
+  bool number_float(number_float_t number, const string_t&) override { return value(number); }
+  bool string(string_t& text) override { return value(std::move(text)); }
+  bool binary(binary_t& bytes) override { return value(std::move(bytes)); }
+  bool start_object(std::size_t) override { return enter(Json::object()); }
   bool key(string_t& name) override {
-    if (keys_.back().insert(name).second) return true;
-    problem = fmt::format("the key \"{}\" stands twice in one object", excerpt(name));
-    return false;
+    const auto [member, fresh] = open_.back()->get_ref<Json::object_t&>().try_emplace(name);
+    member_ = &member->second;
+    if (!fresh) problem = fmt::format("the key \"{}\" stands twice in one object", excerpt(name));
+    return fresh;
   }
-  bool end_object() override {
-    keys_.pop_back();
-    --depth_;
-    return true;
-  }
-  bool start_array(std::size_t) override { return enter(); }
-  bool end_array() override {
-    --depth_;
-    return true;
-  }
+  bool end_object() override { return leave(); }
+  bool start_array(std::size_t) override { return enter(Json::array()); }
+  bool end_array() override { return leave(); }
   bool parse_error(std::size_t position, const std::string& token,
                    const nlohmann::detail::exception&) override {
     error_byte = position == 0 ? 0 : position - 1;
@@ -65,13 +56,33 @@ class Checker : public nlohmann::json_sax<Json> {
   }
 
  private:
-  bool enter() {
-    if (++depth_ <= limits::json_depth) return true;
-    problem = fmt::format("nested deeper than {} levels", limits::json_depth);
-    return false;
+  /// Where the next value stands.
+  Json& place(Json next) {
+    if (open_.empty()) return document = std::move(next);
+    if (!open_.back()->is_array()) return *member_ = std::move(next);
+    auto& elements = open_.back()->get_ref<Json::array_t&>();
+    elements.push_back(std::move(next));
+    return elements.back();
   }
-  int depth_ = 0;
-  std::vector<std::unordered_set<std::string>> keys_;
+  bool value(Json next) {
+    place(std::move(next));
+    return true;
+  }
+  bool enter(Json container) {
+    if (open_.size() == static_cast<std::size_t>(limits::json_depth)) {
+      problem = fmt::format("nested deeper than {} levels", limits::json_depth);
+      return false;
+    }
+    open_.push_back(&place(std::move(container)));
+    return true;
+  }
+  bool leave() {
+    open_.pop_back();
+    return true;
+  }
+
+  std::vector<Json*> open_;  ///< from the root to the innermost; what is open does not move
+  Json* member_ = nullptr;   ///< of the innermost object: the value of the last key
 };
 
 /// A value as a message shows it; a container by its type alone, for it may be as long as the
@@ -112,16 +123,16 @@ class CountingIterator {
 }  // namespace
 
 Json parse_json(std::string_view text, std::string_view name) {
-  Checker checker;
+  Builder builder;
   std::size_t read = 0;
   const CountingIterator first(text.data(), &read);
   const CountingIterator last(text.data() + text.size(), &read);
-  if (!Json::sax_parse(first, last, &checker)) {
+  if (!Json::sax_parse(first, last, &builder)) {
     const std::size_t at =
-        checker.error_byte != 0 ? checker.error_byte : (read == 0 ? 0 : read - 1);
-    throw Error(ErrorKind::bad_input, checker.problem, place_at(text, name, at));
+        builder.error_byte != 0 ? builder.error_byte : (read == 0 ? 0 : read - 1);
+    throw Error(ErrorKind::bad_input, builder.problem, place_at(text, name, at));
   }
-  return Json::parse(text);
+  return std::move(builder.document);
 }
 
 ObjectReader::ObjectReader(const Json& json, std::string path)
