@@ -1,5 +1,7 @@
 #include "common/scene/description.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace tessera::scene {
@@ -15,6 +17,34 @@ Transform operator*(const Transform& a, const Transform& b) {
     }
   }
   return out;
+}
+
+std::optional<double> uniform_scale(const Transform& t) {
+  const auto product = [&](std::size_t a, std::size_t b) {
+    return t.m[a] * t.m[b] + t.m[4 + a] * t.m[4 + b] + t.m[8 + a] * t.m[8 + b];
+  };
+  const double square = product(0, 0);
+  constexpr double tolerance = 1e-9;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = a; b < 3; ++b)
+      if (!(std::abs(product(a, b) - (a == b ? square : 0)) <= tolerance * square))
+        return std::nullopt;
+  return std::sqrt(square);
+}
+
+bool is_singular(const Transform& t) {
+  const auto& m = t.m;
+  // The determinant is measured against the product of the rows' lengths (Hadamard's bound), so
+  // that small scales are not taken for flat ones.
+  double bound = 1;
+  for (std::size_t row = 0; row < 12; row += 4)
+    bound *= std::sqrt(m[row] * m[row] + m[row + 1] * m[row + 1] + m[row + 2] * m[row + 2]);
+  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) -
+                             m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                             m[2] * (m[4] * m[9] - m[5] * m[8]);
+  const bool finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
+  return !finite || !std::isnormal(determinant) || !std::isfinite(bound) ||
+         !(std::abs(determinant) > 1e-12 * bound);
 }
 
 }  // namespace tessera::scene

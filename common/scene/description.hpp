@@ -24,6 +24,11 @@ struct Transform {
 };
 /// a after b: p' = a(b(p)).
 Transform operator*(const Transform& a, const Transform& b);
+/// The factor by which lengths grow, if it is the same in all directions.
+std::optional<double> uniform_scale(const Transform& t);
+/// True if the linear part maps space to something flat, or to numbers that cannot be computed
+/// with.
+bool is_singular(const Transform& t);
 
 // ---- materials ----
 /// Lambertian reflection, one-sided emission none; both sides scatter.

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <array>
 
 #include "common/base/names.hpp"
@@ -48,6 +50,8 @@ std::vector<Material> read_materials(const Value& materials) {
   for (const MaterialType& type : material_types) types.push_back(type.name);
   std::vector<Material> out;
   for (const Value::Member& member : materials.members()) {
+    if (out.size() == materials_most)
+      member.key.fail(fmt::format("the scene has more than {} materials", materials_most));
     const std::string& name = member.key.text();
     if (!is_plain_name(name))
       member.key.fail("expected a name of 1 to 128 bytes without control characters");

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/base/limits.hpp"
 #include "common/scene/obj.hpp"
 #include "common/scene/parts.hpp"
@@ -44,13 +47,26 @@ std::vector<std::array<std::uint32_t, 3>> read_triangles(const Value& value, std
   return out;
 }
 
+/// Only its direction is used, so it must have one, in single precision too.
+void check_normals(const Value& normals) {
+  for (const Value& normal : normals.items()) {
+    std::array<double, 3> n{};
+    normal.numbers(n.data(), 3, -length_most, length_most);
+    const double largest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
+    if (!(largest >= length_least)) normal.fail("a normal needs a length");
+  }
+}
+
 Mesh read_inline(Fields& in) {
   Mesh out;
   const Value positions = in.required("positions");
   out.positions = read_rows<3>(positions);
   if (out.positions.size() < 3) positions.fail("expected at least 3 positions");
   const auto normals = in.optional("normals");
-  if (normals) out.normals = read_rows<3>(*normals);
+  if (normals) {
+    out.normals = read_rows<3>(*normals);
+    check_normals(*normals);
+  }
   const auto uvs = in.optional("uvs");
   if (uvs) out.uvs = read_rows<2>(*uvs);
   const auto same = [&](const Value& value, std::size_t count) {

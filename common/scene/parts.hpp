@@ -42,6 +42,11 @@ std::vector<Material> read_materials(const Value& materials);
 /// A list of shapes; their materials are looked up in `reading`.
 std::vector<Shape> read_shapes(const Value& shapes, Reading& reading);
 
+/// Throws at `place` if `shape`, which `to_world` brings into the world, can not stand there: a
+/// sphere that emits and becomes an ellipsoid, or what is made flat.
+void check_placed(const Shape& shape, const Transform& to_world, const Reading& reading,
+                  const Value& place);
+
 /// The keys of a mesh, inline or from a file.
 Mesh read_mesh(Fields& fields, Reading& reading);
 

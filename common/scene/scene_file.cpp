@@ -102,7 +102,8 @@ std::vector<Object> read_objects(const Value& objects, Reading& reading) {
   return out;
 }
 
-std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects) {
+std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
+                                     const Reading& reading) {
   std::vector<std::string_view> names;
   for (const Object& object : objects) names.push_back(object.name);
   std::vector<Instance> out;
@@ -115,9 +116,11 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
       object.fail(fmt::format("unknown object \"{}\": the scene has none", object.text()));
     if (found == names.end()) object.fail(unknown_name("object", object.text(), names));
     instance.object = static_cast<std::uint32_t>(found - names.begin());
-    if (const auto transform = in.optional("transform"))
-      instance.to_world = read_transform(*transform);
+    const auto transform = in.optional("transform");
+    if (transform) instance.to_world = read_transform(*transform);
     in.finish();
+    for (const Shape& shape : objects[instance.object].shapes)
+      check_placed(shape, instance.to_world * shape.to_world, reading, transform.value_or(value));
     out.push_back(instance);
   }
   return out;
@@ -140,7 +143,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (const auto shapes = root.optional("shapes")) out.shapes = read_shapes(*shapes, reading);
   if (const auto objects = root.optional("objects")) out.objects = read_objects(*objects, reading);
   if (const auto instances = root.optional("instances"))
-    out.instances = read_instances(*instances, out.objects);
+    out.instances = read_instances(*instances, out.objects, reading);
   root.finish();
   out.materials = reading.materials;
   return out;

@@ -74,6 +74,23 @@ std::uint32_t read_material(Fields& in, const Reading& reading, const MaterialIn
 
 }  // namespace
 
+void check_placed(const Shape& shape, const Transform& to_world, const Reading& reading,
+                  const Value& place) {
+  if (is_singular(to_world))
+    place.fail(
+        fmt::format("the transforms of the instance and of its \"{}\" together are singular: they "
+                    "flatten space, "
+                    "and cannot be undone",
+                    shape.name));
+  const bool emits = std::holds_alternative<Emitter>(reading.materials[shape.material].surface);
+  if (emits && std::holds_alternative<Sphere>(shape.geometry) && !uniform_scale(to_world))
+    place.fail(
+        fmt::format("the sphere \"{}\" emits and would become an ellipsoid; expected a transform "
+                    "that scales all "
+                    "directions alike",
+                    shape.name));
+}
+
 std::vector<Shape> read_shapes(const Value& shapes, Reading& reading) {
   std::vector<std::string_view> types;
   for (const ShapeType& type : shape_types) types.push_back(type.name);
@@ -88,11 +105,12 @@ std::vector<Shape> read_shapes(const Value& shapes, Reading& reading) {
     const std::string type = read_name(in, "type", "shape type", types);
     shape.name = in.text_or("name", fmt::format("{} {}", type, out.size()));
     shape.material = read_material(in, reading, index);
-    if (const auto transform = in.optional("transform"))
-      shape.to_world = read_transform(*transform);
+    const auto transform = in.optional("transform");
+    if (transform) shape.to_world = read_transform(*transform);
     for (const ShapeType& known : shape_types)
       if (type == known.name) shape.geometry = known.read(in, reading);
     in.finish();
+    if (transform) check_placed(shape, shape.to_world, reading, *transform);
     out.push_back(std::move(shape));
   }
   return out;

@@ -92,22 +92,6 @@ Transform read_step(const Value& value) {
   members[0].key.fail(unknown_name("transform", key, names));
 }
 
-/// True if the linear part maps space to something flat, or to numbers that cannot be computed
-/// with. The determinant is measured against the product of the rows' lengths (Hadamard's bound),
-/// so that small scales are not taken for flat ones.
-bool singular(const Transform& t) {
-  const auto& m = t.m;
-  double bound = 1;
-  for (std::size_t row = 0; row < 3; ++row)
-    bound *= length({m[row * 4], m[row * 4 + 1], m[row * 4 + 2]});
-  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) -
-                             m[1] * (m[4] * m[10] - m[6] * m[8]) +
-                             m[2] * (m[4] * m[9] - m[5] * m[8]);
-  const bool finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
-  return !finite || !std::isfinite(determinant) || !std::isnormal(bound) ||
-         !(std::abs(determinant) > 1e-12 * bound);
-}
-
 }  // namespace
 
 Transform read_transform(const Value& list) {
@@ -115,7 +99,7 @@ Transform read_transform(const Value& list) {
   for (const Value& step :
        list.items("a list of steps, each {\"translate\": …}, {\"rotate\": …}, …"))
     out = read_step(step) * out;
-  if (singular(out))
+  if (is_singular(out))
     list.fail("the transform is singular: it flattens space, and cannot be undone");
   if (!std::all_of(out.m.begin(), out.m.end(), [](double x) { return std::abs(x) <= length_most; }))
     list.fail(fmt::format("the transform has entries beyond {}", length_most));

@@ -22,11 +22,11 @@ struct BadScene {
 /// A good scene with one part replaced.
 std::string scene_with(const std::string& shapes,
                        const std::string& film = R"({"width": 8, "height": 8})",
-                       const std::string& more = "") {
+                       const std::string& more = "", const std::string& materials = "") {
   return "{\n\"tessera\": 1,\n\"film\": " + film +
          ",\n\"camera\": {\"eye\": [0, 0, 5], \"target\": [0, 0, 0], \"fov\": 40},\n" + more +
-         "\"materials\": {\"white\": {\"type\": \"diffuse\"}},\n\"shapes\": [\n" + shapes +
-         "\n]\n}\n";
+         "\"materials\": {\"white\": {\"type\": \"diffuse\"}" + materials + "},\n\"shapes\": [\n" +
+         shapes + "\n]\n}\n";
 }
 
 const char* const sphere = R"({"type": "sphere", "material": "white"})";
@@ -64,6 +64,12 @@ std::vector<BadScene> bad_scenes() {
       {"a transform that overflows",
        scene_with(R"({"type": "sphere", "material": "white", "transform": [{"scale": 1e999}]})"),
        {"scene.json:7:"},
+       {}},
+      {"a lamp that is an ellipsoid",
+       scene_with(R"({"type": "sphere", "material": "lamp", "transform": [{"scale": [1, 2, 1]}]})",
+                  R"({"width": 8, "height": 8})", "", R"(,
+"lamp": {"type": "emitter", "radiance": 1})"),
+       {"scene.json:8:", "shapes[0].transform", "ellipsoid"},
        {}},
       {"an unknown material",
        scene_with(R"({"type": "sphere", "material": "whit"})"),

@@ -51,22 +51,6 @@ scene::Transform relative_to(const scene::Transform& t, const std::array<double,
   return out;
 }
 
-std::optional<double> uniform_scale(const scene::Transform& t) {
-  const Matrix3 m = linear(t);
-  const auto column = [&](std::size_t i) { return Vec3d{m[i], m[3 + i], m[6 + i]}; };
-  const double square = dot(column(0), column(0));
-  constexpr double tolerance = 1e-9;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = i; k < 3; ++k) {
-      const double expected = i == k ? square : 0;
-      if (!(std::abs(dot(column(i), column(k)) - expected) <= tolerance * square)) {
-        return std::nullopt;
-      }
-    }
-  }
-  return std::sqrt(square);
-}
-
 double error_growth(const Matrix3& m, const Matrix3& inverse_of_m) {
   double most = 1;
   for (std::size_t row = 0; row < 3; ++row) {

@@ -22,8 +22,6 @@ render::Vec3d times_point(const scene::Transform& t, const render::Vec3d& p);
 
 /// `t` and then minus `origin`.
 scene::Transform relative_to(const scene::Transform& t, const std::array<double, 3>& origin);
-/// The factor by which lengths grow, if it is the same in all directions.
-std::optional<double> uniform_scale(const scene::Transform& t);
 /// How much going there and back enlarges rounding errors: the greatest row sum of |M|·|M⁻¹|, at
 /// least 1.
 double error_growth(const Matrix3& m, const Matrix3& inverse_of_m);

@@ -164,6 +164,10 @@ const ShapeMistake shapes[] = {
      68, ".positions[2]", "a list of 3 numbers"},
     {R"({"type": "mesh", "material": "clay", "positions": [[0,0,0],[1,0,0],[0,1,0]], "normals": [[0,0,1]], "triangles": [[0, 1, 2]]})",
      89, ".normals", "as many as positions, 3, found 1"},
+    {R"({"type": "mesh", "material": "clay", "positions": [[0,0,0],[1,0,0],[0,1,0]], "normals": [[0,0,1],[0,0,0],[0,0,1]], "triangles": [[0, 1, 2]]})",
+     98, ".normals[1]", "a normal needs a length"},
+    {R"({"type": "mesh", "material": "clay", "positions": [[0,0,0],[1,0,0],[0,1,0]], "normals": [[0,0,1],[0,0,1],[0,1e-50,0]], "triangles": [[0, 1, 2]]})",
+     106, ".normals[2]", "a normal needs a length"},
     {R"({"type": "mesh", "material": "clay", "file": "a.obj", "positions": []})", 68, ".positions",
      "exclude each other"},
     {R"({"type": "mesh", "material": "clay", "file": "missing.obj"})", 46, ".file",
@@ -207,6 +211,62 @@ const CameraMistake cameras[] = {
      "cameras[1]", "two cameras have the name \"a\""},
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, CameraMistakes, testing::ValuesIn(cameras));
+
+TEST(Errors, a_sphere_that_emits_may_not_become_an_ellipsoid) {
+  const std::string lamp = R"("materials": {"lamp": {"type": "emitter", "radiance": 1}},)";
+  const std::string ball = R"({"type": "sphere", "name": "sun", "material": "lamp")";
+  const Error alone = error_of(scene_with(lamp + "\n\"shapes\": [" + ball +
+                                          ",\n\"transform\": [{\"scale\": [1, 2, 1]}]}],"));
+  EXPECT_EQ(alone.kind(), ErrorKind::bad_input);
+  EXPECT_EQ(alone.place().line, 3);
+  EXPECT_EQ(alone.place().column, 14);
+  EXPECT_EQ(alone.place().key, "shapes[0].transform");
+  EXPECT_NE(alone.message().find("the sphere \"sun\" emits and would become an ellipsoid"),
+            std::string::npos);
+
+  const std::string object = lamp + R"("objects": {"it": {"shapes": [)" + ball + "}]}},\n";
+  const Error placed = error_of(scene_with(object +
+                                           R"("instances": [{"object": "it"},
+{"object": "it", "transform": [{"rotate": {"axis": [0, 0, 1], "degrees": 9}}, {"scale": [1, 2, 1]}]}],)"));
+  EXPECT_EQ(placed.place().line, 3);
+  EXPECT_EQ(placed.place().key, "instances[1].transform");
+  EXPECT_NE(placed.message().find("ellipsoid"), std::string::npos);
+
+  EXPECT_NO_THROW(parse(scene_with(
+      object +
+      R"("instances": [{"object": "it", "transform": [{"scale": [2, 2, -2]}, {"rotate": {"axis": [1, 2, 3], "degrees": 40}}]}],)")));
+}
+
+TEST(Errors, transforms_that_together_cannot_be_undone_are_refused_at_the_instance) {
+  const auto scene = [](const std::string& instance) {
+    return scene_with(R"("materials": {"m": {"type": "diffuse"}},
+"objects": {"it": {"shapes": [{"type": "sphere", "name": "dot", "material": "m", "transform": [{"scale": 1e-60}]}]}},
+"instances": [{"object": "it"}, {"object": "it", "transform": [{"scale": )" +
+                      instance + "}]}],");
+  };
+  EXPECT_NO_THROW(parse(scene("1e-3")));
+  const Error error = error_of(scene("1e-60"));
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_EQ(error.place().line, 3);
+  EXPECT_EQ(error.place().key, "instances[1].transform");
+  EXPECT_NE(error.message().find("\"dot\" together are singular"), std::string::npos)
+      << error.what();
+}
+
+TEST(Errors, more_materials_than_can_be_told_apart_are_refused_at_the_first_too_many) {
+  const auto scene = [](std::size_t count) {
+    std::string text = "\"materials\": {";
+    for (std::size_t i = 0; i < count; ++i)
+      text += (i == 0 ? "\n\"" : ",\n\"") + std::to_string(i) + "\": {\"type\": \"diffuse\"}";
+    return scene_with(text + "},");
+  };
+  EXPECT_EQ(parse(scene(65536)).materials.size(), 65536U);
+  const Error error = error_of(scene(65537));
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_EQ(error.place().line, 65538);
+  EXPECT_EQ(error.place().key, "materials.65536");
+  EXPECT_NE(error.message().find("more than 65536 materials"), std::string::npos);
+}
 
 TEST(Errors, the_sentence_has_file_line_column_and_key) {
   const Error error = error_of("{\n  \"tessera\": 2}");

@@ -56,6 +56,16 @@ TEST(Obj, a_face_without_normals_among_others_gets_that_of_its_plane) {
   EXPECT_EQ(mesh.normals.at(mesh.triangles.at(1)[0]), (std::array<float, 3>{0, 0, 1}));
 }
 
+TEST(Obj, a_face_with_a_normal_of_no_length_gets_that_of_its_plane) {
+  const Mesh mesh =
+      parse_obj(square + "vn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1//1 3//2 4//1\n", "a.obj");
+  ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+  for (const std::uint32_t corner : mesh.triangles.at(0))
+    EXPECT_EQ(mesh.normals.at(corner), (std::array<float, 3>{1, 0, 0}));
+  for (const std::uint32_t corner : mesh.triangles.at(1))
+    EXPECT_EQ(mesh.normals.at(corner), (std::array<float, 3>{0, 0, 1}));
+}
+
 struct Broken {
   const char* behind;  ///< the square's four lines
   int line;
