@@ -45,6 +45,7 @@ JobState job_state_from(const Json& job) {
   read(job, "render_seconds", out.render_seconds);
   read(job, "rays", out.rays);
   read(job, "error", out.error);
+  read(job, "waiting_for", out.waiting_for);
   return out;
 }
 
@@ -75,15 +76,18 @@ std::string progress_line(const JobState& job) {
     out += fmt::format("  {} samples/s", count_text(job.samples_per_second));
   if (job.eta_seconds && !job.ended())
     out += fmt::format("  {} left", duration_text(*job.eta_seconds));
+  if (!job.waiting_for.empty() && !job.ended()) out += "  waiting: " + job.waiting_for;
   if (job.state == "done") out += fmt::format("  in {}", duration_text(job.render_seconds));
   return out;
 }
 
 bool LineGate::due(const JobState& job, Instant now) {
   const int tenth = static_cast<int>(job.progress * 10);
-  if (job.state == state_ && tenth == tenth_ && now - last_ < std::chrono::seconds(30))
+  if (job.state == state_ && job.waiting_for == waiting_for_ && tenth == tenth_ &&
+      now - last_ < std::chrono::seconds(30))
     return false;
   state_ = job.state;
+  waiting_for_ = job.waiting_for;
   tenth_ = tenth;
   last_ = now;
   return true;

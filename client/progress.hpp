@@ -25,6 +25,7 @@ struct JobState {
   double render_seconds = 0;
   std::int64_t rays = 0;
   std::string error;
+  std::string waiting_for;  ///< why it has work and no worker does any of it
 
   [[nodiscard]] bool ended() const {
     return state == "done" || state == "failed" || state == "cancelled";
@@ -41,14 +42,14 @@ std::string count_text(double count);
 /// "rendering  42.3 %  12.4 M samples/s  1:23 left".
 std::string progress_line(const JobState& job);
 
-/// Which states are worth a line where no line can be rewritten: the first, a change of state,
-/// every tenth of the work, and else one in 30 seconds.
+/// Which states are worth a line where no line can be rewritten: the first, a change of state
+/// or of what is waited for, every tenth of the work, and else one in 30 seconds.
 class LineGate {
  public:
   bool due(const JobState& job, Instant now);
 
  private:
-  std::string state_;
+  std::string state_, waiting_for_;
   int tenth_ = -1;
   Instant last_{};
 };

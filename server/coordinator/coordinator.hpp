@@ -41,7 +41,7 @@ struct JobStatus {
   std::shared_ptr<const JobPlan> plan;
   UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
   double progress = 0;                                ///< 0…1, by samples
-  double render_seconds = 0;  ///< from the first lease granted to the last fold (or to now)
+  double render_seconds = 0;  ///< from the first lease to now if any is out, else to the last fold
   std::int64_t rays = 0;
   std::int64_t rejected_samples = 0;  ///< NaN or Inf, counted as black
   struct Share {

@@ -31,11 +31,17 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
     : record(std::move(from)),
       plan(std::make_shared<const JobPlan>(plan_of(record))),
       ended(is_end(record.state)) {
-  if (record.started != 0 && !ended)
-    first_lease =
-        now - std::chrono::milliseconds(std::max<UnixMillis>(0, wall_now - record.started));
-  if (!ended) return;
-  for (const JobRecord::Share& share : record.shares) shares[share.worker] += share.samples;
+  if (ended) {
+    for (const JobRecord::Share& share : record.shares) shares[share.worker] += share.samples;
+    return;
+  }
+  // Counted anew from the results that are read back.
+  record.rays = 0;
+  record.rejected_samples = 0;
+  record.shares.clear();
+  if (record.started == 0) return;
+  first_lease = now - std::chrono::milliseconds(std::max<UnixMillis>(0, wall_now - record.started));
+  last_fold = now;  // the latest that it can have been; the time between two runs counts
 }
 
 void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
@@ -46,10 +52,11 @@ void Job::count(const std::string& worker, std::int64_t samples, std::int64_t ra
   if (!build) build = worker_build;
 }
 
-double Job::render_seconds(Instant now) const {
+double Job::render_seconds(Instant now, bool leased) const {
   if (ended) return record.render_seconds;
   if (!first_lease) return 0;
-  return seconds(ending && last_fold ? *last_fold - *first_lease : now - *first_lease);
+  if (leased && !ending) return seconds(now - *first_lease);
+  return last_fold ? seconds(*last_fold - *first_lease) : 0;
 }
 
 std::int64_t Job::samples_total() const {
@@ -72,7 +79,7 @@ JobRecord Job::end_record(const std::string& state, const std::string& error, In
   end.state = state;
   end.error = error;
   end.finished = wall_now;
-  end.render_seconds = render_seconds(now);
+  end.render_seconds = render_seconds(now, false);
   end.shares = shares_by_size();
   return end;
 }
@@ -105,7 +112,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.progress = status.view.samples > 0 ? static_cast<double>(status.view.samples_done) /
                                                   static_cast<double>(status.view.samples)
                                             : 0;
-  status.render_seconds = render_seconds(now);
+  status.render_seconds = render_seconds(now, view && view->leased > 0);
   status.rays = record.rays;
   status.rejected_samples = record.rejected_samples;
   for (const JobRecord::Share& share : shares_by_size())
@@ -116,6 +123,8 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
 std::string job_event(const JobStatus& status) {
   nlohmann::json eta = nullptr;
   if (status.view.eta_seconds) eta = *status.view.eta_seconds;
+  nlohmann::json waiting_for = nullptr;
+  if (!status.view.waiting_for.empty()) waiting_for = status.view.waiting_for;
   nlohmann::json error = nullptr;
   if (!status.view.error.empty()) error = status.view.error;
   return text_of({{"id", status.view.id},
@@ -127,6 +136,7 @@ std::string job_event(const JobStatus& status) {
                   {"samples_total", status.view.samples},
                   {"samples_per_second", status.view.samples_per_second},
                   {"eta_seconds", eta},
+                  {"waiting_for", waiting_for},
                   {"error", error}});
 }
 

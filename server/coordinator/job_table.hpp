@@ -32,7 +32,9 @@ struct Job {
   /// A result has become durable, or is read back after a start.
   void count(const std::string& worker, std::int64_t samples, std::int64_t rays,
              std::int64_t rejected, const Digest& worker_build);
-  [[nodiscard]] double render_seconds(Instant now) const;
+  /// From the first lease to now while anything is `leased`, else to the last fold. A time for
+  /// which the coordinator was down in between counts.
+  [[nodiscard]] double render_seconds(Instant now, bool leased) const;
   [[nodiscard]] std::int64_t samples_total() const;
   /// Most first; equal ones by name.
   [[nodiscard]] std::vector<JobRecord::Share> shares_by_size() const;

@@ -12,8 +12,6 @@ namespace tessera::server {
 
 namespace {
 
-Instant now() { return std::chrono::steady_clock::now(); }
-
 using Bytes = std::vector<std::byte>;
 
 /// A film that has no news for anyone.
@@ -114,7 +112,7 @@ image::Metadata CoordinatorImpl::metadata_for(const Job& job, std::int32_t frame
   image::Metadata metadata = image::metadata_of(job.plan->spec, frame);
   metadata.set("tessera.build", std::string(build_commit()));
   if (job.build) metadata.set("tessera.worker_build", job.build->hex());
-  metadata.set("tessera.render_seconds", job.render_seconds(now()));
+  metadata.set("tessera.render_seconds", status_of(job).render_seconds);
   image::set_date(metadata, unix_millis_now());
   return metadata;
 }

@@ -65,6 +65,7 @@ Json job_object(const JobStatus& status) {
   job["rejected_samples"] = status.rejected_samples;
   job["shares"] = shares_array(status);
   job["error"] = view.error.empty() ? Json() : Json(view.error);
+  job["waiting_for"] = view.waiting_for.empty() ? Json() : Json(view.waiting_for);
   job["bundle"] = spec.bundle.hex();
   job["plan"] = status.plan->digest.hex();
   job["build"] = view.build ? Json(view.build->hex()) : Json();

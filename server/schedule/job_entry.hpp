@@ -44,6 +44,7 @@ struct JobEntry {
   std::set<std::string> unable;  // identities that could not prepare it and are not asked again
   std::set<std::string> unable_ever;
   int unable_times = 0;
+  std::string unable_reason;  // the last
 
   double served = 0;        // thread-seconds granted, by estimate: the share that fairness compares
   Meter pace;               // samples a thread-second

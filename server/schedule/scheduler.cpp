@@ -69,7 +69,7 @@ std::string state_of(const JobEntry& job) {
   return "done";
 }
 
-JobView view_of(const JobEntry& job, Instant now) {
+JobView view_of(const JobEntry& job, std::string waiting_for, Instant now) {
   JobView view;
   view.id = job.id;
   view.state = state_of(job);
@@ -79,6 +79,7 @@ JobView view_of(const JobEntry& job, Instant now) {
   view.samples = job.tasks.samples();
   view.samples_done = job.tasks.samples_closed();
   view.error = job.error;
+  view.waiting_for = std::move(waiting_for);
   view.priority = job.priority;
   view.build = job.build;
   if (job.state == JobEntry::State::open && job.progress.known()) {
@@ -109,13 +110,15 @@ std::vector<WorkerView> Scheduler::workers(Instant now) const {
 
 std::optional<JobView> Scheduler::job(JobId job, Instant now) const {
   const JobEntry* entry = state_->job(job);
-  return entry == nullptr ? std::nullopt : std::optional(view_of(*entry, now));
+  if (entry == nullptr) return std::nullopt;
+  return view_of(*entry, state_->waiting_for(*entry), now);
 }
 
 std::vector<JobView> Scheduler::jobs(Instant now) const {
   std::vector<JobView> views;
   views.reserve(state_->jobs.size());
-  for (const auto& [id, entry] : state_->jobs) views.push_back(view_of(entry, now));
+  for (const auto& [id, entry] : state_->jobs)
+    views.push_back(view_of(entry, state_->waiting_for(entry), now));
   return views;
 }
 

@@ -91,6 +91,10 @@ struct Scheduler::State {
   void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
   void offend(WorkerEntry& worker);
 
+  // ---- waiting.cpp ----
+  /// Why a job has work and none of it is out; empty if there is no such reason.
+  [[nodiscard]] std::string waiting_for(const JobEntry& job) const;
+
   // ---- jobs.cpp ----
   void sort_order();
   /// A job that comes, or comes back, is owed nothing for the time that it was away.

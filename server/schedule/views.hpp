@@ -37,6 +37,7 @@ struct JobView {
   double samples_per_second = 0;               ///< of all its workers at present
   std::optional<double> eta_seconds;
   std::string error;
+  std::string waiting_for;  ///< why it has work and none of it is out; empty: no such reason
   int priority = 0;
   std::optional<Digest> build;  ///< of its first worker; it takes no others unless mixed
 };

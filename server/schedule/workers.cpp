@@ -157,6 +157,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
     failed->unable.insert(identity);
     failed->unable_ever.insert(identity);
     ++failed->unable_times;
+    failed->unable_reason = reason;
     state_->rest(*entry, now);
     for (const HeldLease& held : given_back) state_->put_back(*failed, held.task);
     state_->judge_preparation(*failed, reason, actions);

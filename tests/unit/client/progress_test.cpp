@@ -51,6 +51,19 @@ TEST(ProgressLine, has_state_share_rate_and_time_left) {
   EXPECT_EQ(progress_line(job), "rendering  42.3 %");
 }
 
+TEST(ProgressLine, says_what_is_waited_for) {
+  const JobState job = job_state_from(Json{
+      {"id", 1}, {"state", "queued"}, {"progress", 0}, {"waiting_for", "no worker is connected"}});
+  EXPECT_EQ(progress_line(job), "queued      0.0 %  waiting: no worker is connected");
+  LineGate gate;
+  JobState before = job;
+  before.waiting_for.clear();
+  const Instant now{};
+  EXPECT_TRUE(gate.due(before, now));
+  EXPECT_TRUE(gate.due(job, now)) << "a change that is worth a line";
+  EXPECT_FALSE(gate.due(job, now));
+}
+
 TEST(ProgressLine, says_a_hundred_per_cent_only_when_all_is_done) {
   EXPECT_EQ(progress_line(rendering(0.9999)), "rendering  99.9 %");
   JobState job = rendering(1);

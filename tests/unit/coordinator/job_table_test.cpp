@@ -44,21 +44,50 @@ TEST(Job, IsDoneOnlyOnceItsFilesAreWritten) {
 
 TEST(Job, RenderTimeRunsFromTheFirstLeaseToTheLastFold) {
   Job job(record(), at(0), 0);
-  EXPECT_EQ(job.render_seconds(at(9)), 0);
+  EXPECT_EQ(job.render_seconds(at(9), false), 0);
   job.first_lease = at(10);
+  EXPECT_EQ(job.render_seconds(at(15), false), 0) << "nothing came of its leases";
   job.last_fold = at(12);
-  EXPECT_EQ(job.render_seconds(at(15)), 5);
+  EXPECT_EQ(job.render_seconds(at(15), true), 5);
   job.ending = true;
-  EXPECT_EQ(job.render_seconds(at(15)), 2);
+  EXPECT_EQ(job.render_seconds(at(15), true), 2);
   EXPECT_EQ(job.end_record("done", "", at(15), 77).render_seconds, 2);
   EXPECT_EQ(job.end_record("done", "", at(15), 77).finished, 77);
+}
+
+TEST(Job, RenderTimeStandsStillWhileNothingIsLeased) {
+  Job job(record(), at(0), 0);
+  job.first_lease = at(10);
+  job.last_fold = at(12);
+  JobView view;
+  view.state = "paused";
+  EXPECT_EQ(job.status(view, at(100)).render_seconds, 2);
+  EXPECT_EQ(job.status(view, at(200)).render_seconds, 2);
+  view.leased = 1;
+  EXPECT_EQ(job.status(view, at(200)).render_seconds, 190);
+}
+
+TEST(Job, WhatWasCountedBeforeARestartIsCountedFromItsResultsAlone) {
+  JobRecord paused = record();
+  paused.state = "paused";
+  paused.rays = 1000;
+  paused.rejected_samples = 7;
+  paused.shares = {{"a", 10}};
+  Job job(paused, at(0), 0);
+  job.count("a", 10, 1000, 7, Digest());
+  const JobStatus status = job.status(std::nullopt, at(1));
+  EXPECT_EQ(status.rays, 1000);
+  EXPECT_EQ(status.rejected_samples, 7);
+  ASSERT_EQ(status.shares.size(), 1U);
+  EXPECT_EQ(status.shares[0].samples, 10);
 }
 
 TEST(Job, RenderTimeGoesOnOverARestart) {
   JobRecord started = record();
   started.started = 100'000;
   const Job job(started, at(50), 130'000);
-  EXPECT_EQ(job.render_seconds(at(51)), 31);
+  EXPECT_EQ(job.render_seconds(at(51), true), 31);
+  EXPECT_EQ(job.render_seconds(at(51), false), 30) << "and stands still until something is leased";
 }
 
 TEST(Job, SharesAreCountedByWorkerMostFirst) {

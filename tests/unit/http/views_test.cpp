@@ -19,6 +19,7 @@ TEST(JobObject, HasWhatScriptsRelyOn) {
   JobStatus& status = coordinator.add(5);
   status.view.eta_seconds = 12.5;
   status.progress = 0.25;
+  status.view.waiting_for = "no worker is connected";
   status.shares.push_back({"node-1", 100});
   const Json job = job_object(status);
   for (const char* key : {"id", "name", "state", "priority", "frames", "samples", "progress",
@@ -27,6 +28,7 @@ TEST(JobObject, HasWhatScriptsRelyOn) {
   EXPECT_EQ(job["id"], 5);
   EXPECT_EQ(job["samples"], 4);
   EXPECT_EQ(job["progress"], 0.25);
+  EXPECT_EQ(job["waiting_for"], "no worker is connected");
   EXPECT_EQ(job["eta_seconds"], 12.5);
   EXPECT_EQ(job["created"], "2023-11-14T22:13:20.000Z");
   EXPECT_EQ(job["frames"]["count"], 1);
@@ -40,6 +42,7 @@ TEST(JobObject, WhatIsNotYetIsNull) {
   EXPECT_TRUE(job["finished"].is_null());
   EXPECT_TRUE(job["eta_seconds"].is_null());
   EXPECT_TRUE(job["error"].is_null());
+  EXPECT_TRUE(job["waiting_for"].is_null());
   EXPECT_TRUE(job["build"].is_null());
 }
 

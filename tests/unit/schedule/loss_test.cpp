@@ -98,6 +98,36 @@ TEST_F(ScheduleTest, AResultOfAnExpiredLeaseAlsoShowsLife) {
   EXPECT_EQ(held_[a].size(), 1U);
 }
 
+TEST_F(ScheduleTest, AJobThatCannotGoOnSaysWhatItWaitsFor) {
+  add(1, spec(20, 1));
+  const auto waits = [&] { return scheduler_.job(1, now_)->waiting_for; };
+  EXPECT_EQ(waits(), "no worker is connected");
+  const WorkerId a = join("a", "one");
+  EXPECT_EQ(waits(), "");
+  ready(a);
+  finish_one(a);  // from here on the build stands
+  leave(a, true);
+  EXPECT_EQ(waits(), "no worker is connected");
+  const WorkerId b = join("b", "two");
+  join("c", "two");
+  EXPECT_EQ(waits(), "its build is " + digest_of("one").hex().substr(0, 12) +
+                         "; the 2 connected workers are of other builds");
+  const WorkerId d = join("d", "one");
+  EXPECT_EQ(waits(), "");
+  take(scheduler_.worker_failed(d, 1, std::nullopt, "the scene is too large", now_));
+  EXPECT_EQ(waits(),
+            "preparation failed on every connected worker of its build: the scene is too large");
+  leave(b, true);
+  pass(1);  // its rest is over: it is asked again
+  EXPECT_EQ(waits(), "");
+  take(scheduler_.drain_worker(d, now_));
+  for (const GrantLease& held : std::vector(held_[d]))
+    take(scheduler_.worker_failed(d, 1, held.lease, "broken", now_));
+  EXPECT_EQ(waits(), "every worker of its build is draining or quarantined");
+  take(scheduler_.pause_job(1, now_));
+  EXPECT_EQ(waits(), "");
+}
+
 TEST_F(ScheduleTest, ASuspectRunsAloneAndThreeDeathsAloneFailTheJob) {
   add(1, spec(20, 1));
   TaskId poison{};
