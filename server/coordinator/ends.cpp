@@ -93,6 +93,10 @@ boost::asio::awaitable<void> CoordinatorImpl::let_go(JobId id) {
   scheduler_.forget_job(id);
   tell_job(id);
   files_changed_.notify();
+  co_await forget_results(id);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
   const std::function<char()> forget = [this, id] {
     store_->end_job(id);
     return char{};

@@ -99,7 +99,20 @@ CoordinatorImpl::~CoordinatorImpl() {
 
 void CoordinatorImpl::restore() {
   for (const JobRecord& record : store_->list_jobs()) restore_job(record);
+  forget_results_of_ended();
   if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
+}
+
+void CoordinatorImpl::forget_results_of_ended() {
+  for (const JobId id : store_->jobs_with_results()) {
+    const Job* job = find(id);
+    if (job && !job->ended) continue;
+    try {
+      store_->end_job(id);
+    } catch (const std::exception& error) {
+      log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+    }
+  }
 }
 
 void CoordinatorImpl::restore_job(const JobRecord& record) {

@@ -73,6 +73,8 @@ class CoordinatorImpl : public Coordinator {
 
   // ---- impl.cpp ----
   void restore_job(const JobRecord& record);
+  /// Of jobs whose end was the last that an earlier run did for them; blocks.
+  void forget_results_of_ended();
   boost::asio::awaitable<void> keep_time();
   void tick();
   [[nodiscard]] std::optional<Instant> next_deadline() const;
@@ -126,6 +128,8 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<bool> save_surely(JobRecord record);
   boost::asio::awaitable<void> keep(JobRecord record);
   boost::asio::awaitable<void> let_go(JobId id);
+  /// The results of a job that has ended leave the journal. What fails, the next start does again.
+  boost::asio::awaitable<void> forget_results(JobId id);
 
   /// Runs `work` on a lane's thread, or on the writer's, and resumes with what it returns.
   template <class Result>

@@ -133,17 +133,24 @@ void CoordinatorImpl::result_invalid(const ArrivedResult& result, const std::str
 }
 
 void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
+  std::set<JobId> late;
   for (ArrivedResult& result : results) {
     const ResultInfo& info = result.info;
     send(result.worker, wire::Accepted{info.lease});
     perform(scheduler_.result_durable(result.worker, info.lease, info.job, info.task, info.samples,
                                       info.seconds, now()));
     Job* job = find(info.job);
-    if (!job || job->ended) continue;
+    if (!job || job->ended) {
+      late.insert(info.job);
+      continue;
+    }
     job->count(result.worker_name, info.samples, info.rays, info.rejected, result.worker_build);
     films_.durable(info.job, job->plan, info.task, result.place, std::move(result.decoded));
   }
   results.clear();
+  // They were being decoded when their job ended, and were appended after its own were removed.
+  for (const JobId id : late)
+    if (!stopping_) crew_.start("late results of an ended job", forget_results(id));
   films_.flush();
   hold_or_release();
 }

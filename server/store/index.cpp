@@ -191,6 +191,15 @@ void Index::results_of(JobId job, std::optional<std::int32_t> frame,
   }
 }
 
+std::vector<JobId> Index::jobs_with_results() const {
+  const std::lock_guard lock(reading_);
+  std::vector<JobId> jobs;
+  Statement rows = reader_->prepare("SELECT DISTINCT job FROM segments ORDER BY job");
+  for (bool more = rows.run(); more; more = rows.step())
+    jobs.push_back(static_cast<JobId>(rows.integer(0)));
+  return jobs;
+}
+
 void Index::forget_results(JobId job) {
   Transaction transaction(writer_);
   writer_.prepare("DELETE FROM results WHERE job = ?1").run(job);

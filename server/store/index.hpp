@@ -36,6 +36,7 @@ class Index {
   void add_results(std::span<const NewResult> batch, std::span<const ResultPlace> places);
   void results_of(JobId job, std::optional<std::int32_t> frame,
                   const std::function<void(const IndexedResult&)>& visit) const;
+  [[nodiscard]] std::vector<JobId> jobs_with_results() const;
   void forget_results(JobId job);
   /// Segments that hold results, and how long each must be.
   [[nodiscard]] std::map<std::uint64_t, std::uint64_t> segments() const;

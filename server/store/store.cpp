@@ -134,6 +134,8 @@ void Store::results_of(JobId job, std::int32_t frame,
   state_->index.results_of(job, frame, visit);
 }
 
+std::vector<JobId> Store::jobs_with_results() const { return state_->index.jobs_with_results(); }
+
 StoredResult Store::read_result(const ResultPlace& place) const {
   return state_->journal.read(place);
 }

@@ -67,6 +67,8 @@ class Store {
   /// Reads one record and checks it against its CRC. Throws Error{failed} if the record is damaged
   /// or gone.
   [[nodiscard]] StoredResult read_result(const ResultPlace& place) const;
+  /// Jobs that have results, or had some since their last end_job.
+  [[nodiscard]] std::vector<JobId> jobs_with_results() const;
   /// The job's results are needed no more: they leave the index, and segments that hold nothing
   /// else are deleted. The job's record stays.
   void end_job(JobId job);
