@@ -77,6 +77,12 @@ void DiskFile::sync() {
   if (::fdatasync(descriptor_) != 0) fail("synced", errno);
 }
 
+void DiskFile::drop_cached(std::uint64_t from, std::uint64_t to) const noexcept {
+  if (to <= from) return;
+  static_cast<void>(::posix_fadvise(descriptor_, static_cast<off_t>(from),
+                                    static_cast<off_t>(to - from), POSIX_FADV_DONTNEED));
+}
+
 void sync_folder(const std::filesystem::path& folder) {
   DiskFile file(folder, O_RDONLY | O_DIRECTORY);
   file.sync();

@@ -36,6 +36,9 @@ class DiskFile {
   void truncate(std::uint64_t size);
   /// fdatasync: the bytes and the file's length.
   void sync();
+  /// The system need not keep these bytes, which are synced, in memory any more. Only advice: it
+  /// never fails.
+  void drop_cached(std::uint64_t from, std::uint64_t to) const noexcept;
 
  private:
   void swap(DiskFile& other) noexcept {

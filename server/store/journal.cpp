@@ -20,6 +20,10 @@ constexpr std::string_view extension = ".segment";
 constexpr std::string_view magic = "TSRAJRNL";
 constexpr std::uint32_t version = 1;
 constexpr std::size_t header_size = 16;
+/// What was appended last stays in memory, for passes that came early are read back soon. Of the
+/// rest nobody reads before a restart: dropped, its memory takes the next results, at a fraction of
+/// the cost of memory that the system has to find anew.
+constexpr std::uint64_t kept_in_memory = 64 * limits::MiB;
 constexpr std::size_t record_most = limits::wire_body + 4 * limits::KiB;
 
 std::array<std::byte, header_size> segment_header() {
@@ -67,8 +71,10 @@ void Journal::begin_segment() {
     fresh.sync();
     sync_folder(folder_);
   }
+  if (file_.is_open() && durable_) file_.drop_cached(cached_, end_);
   file_ = std::move(fresh);
   end_ = last_ = header_size;
+  cached_ = 0;
   bytes_ += header_size;
 }
 
@@ -105,7 +111,14 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
   }
   bytes_ += end - end_;
   end_ = end;
+  drop_what_is_old();
   return places;
+}
+
+void Journal::drop_what_is_old() {
+  if (!durable_ || end_ < cached_ + 2 * kept_in_memory) return;
+  file_.drop_cached(cached_, end_ - kept_in_memory);
+  cached_ = end_ - kept_in_memory;
 }
 
 void Journal::undo() {

@@ -38,6 +38,7 @@ class Journal {
 
  private:
   void begin_segment();
+  void drop_what_is_old();
 
   std::filesystem::path folder_;
   bool durable_;
@@ -46,6 +47,7 @@ class Journal {
   DiskFile file_;             // the current one, or none
   std::uint64_t end_ = 0;     // of its records
   std::uint64_t last_ = 0;    // where the last append began
+  std::uint64_t cached_ = 0;  // before it the system was told to keep nothing in memory
   std::atomic<std::uint64_t> bytes_{0};
 };
 
