@@ -10,9 +10,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
+#include <tuple>
 
 #include "tests/farm/farm.hpp"
 #include "tests/farm/reordering_proxy.hpp"
@@ -127,17 +129,16 @@ class Flood {
     hello.identity.replace(0, 1, std::to_string(number));
     return hello;
   }
-  const std::vector<std::byte>& tile_for(const AssignedTask& task) {
-    // The same window and pass always have the same bytes; a tile is made once and kept.
-    const auto key = std::pair(task.assign.task.tile, task.assign.task.pass);
-    for (auto& [known, bytes] : made_)
-      if (known == key) return bytes;
-    if (made_.size() > 4) made_.erase(made_.begin());
-    made_.emplace_back(key, ScriptedWorker::good_tile(task));
-    return made_.back().second;
+  /// The values of one pass are made once, and stand in each of its tiles of that size.
+  std::vector<std::byte> tile_for(const AssignedTask& task) {
+    const Rect window = task.plan.grid.tile(task.assign.task.tile);
+    auto& made = made_[{task.assign.task.pass, window.width, window.height}];
+    if (made.values.empty()) made = ScriptedWorker::good_image(task);
+    made.window = window;
+    return image::encode_tile(made);
   }
   ScriptedWorker worker_;
-  std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::byte>>> made_;
+  std::map<std::tuple<std::uint32_t, int, int>, image::TileImage> made_;
 };
 
 void results(int film, int tile, int samples, const std::string& aim_rate,
@@ -187,14 +188,18 @@ void idle_gap() {
 }  // namespace
 }  // namespace tessera::farm_test
 
-/// bench_farm [--quick]: with --quick fewer pairs of a smaller picture, to see that it runs.
+/// bench_farm [--quick | --results]: with --quick fewer pairs of a smaller picture, to see that it
+/// runs; with --results only what a result costs the coordinator.
 int main(int count, char** arguments) {
   using namespace tessera::farm_test;
-  const bool quick = count > 1 && std::strcmp(arguments[1], "--quick") == 0;
+  const auto asked = [&](const char* option) {
+    return count > 1 && std::strcmp(arguments[1], option) == 0;
+  };
   results(1024, 16, 16, "at least 10000", "");
   results(2048, 64, 16, "", "at most 300");
+  if (asked("--results")) return 0;
   idle_gap();
-  if (quick)
+  if (asked("--quick"))
     overhead(1, 128, 64);
   else
     overhead(3, 512, 256);

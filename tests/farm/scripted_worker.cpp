@@ -4,12 +4,14 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <utility>
 
-#include "common/image/tile.hpp"
 #include "common/wire/codec.hpp"
 
 namespace tessera::farm_test {
@@ -46,12 +48,37 @@ bool Line::send(std::span<const std::byte> bytes) const {
 
 bool Line::send(std::string_view text) const { return send(std::as_bytes(std::span(text))); }
 
-std::vector<std::byte> Line::receive(Seconds most) const {
+bool Line::send(const wire::OutFrame& frame) const {
+  const auto piece = [](std::span<const std::byte> bytes) {
+    return iovec{const_cast<std::byte*>(bytes.data()), bytes.size()};
+  };
+  std::array<iovec, 3> pieces{piece(std::as_bytes(std::span(frame.head))), piece(frame.body),
+                              piece(frame.crc)};
+  msghdr message{};
+  message.msg_iov = pieces.data();
+  message.msg_iovlen = pieces.size();
+  const ssize_t sent = ::sendmsg(socket_, &message, MSG_NOSIGNAL);
+  if (sent < 0) return false;
+  auto done = static_cast<std::size_t>(sent);
+  for (const iovec& one : pieces) {
+    const std::size_t here = std::min(done, one.iov_len);
+    done -= here;
+    const std::span<const std::byte> rest(static_cast<const std::byte*>(one.iov_base), one.iov_len);
+    if (here < rest.size() && !send(rest.subspan(here))) return false;
+  }
+  return true;
+}
+
+std::size_t Line::receive(std::span<std::byte> room, Seconds most) const {
   pollfd waiting{socket_, POLLIN, 0};
-  std::vector<std::byte> piece(65536);
-  if (poll(&waiting, 1, static_cast<int>(most.count() * 1000)) <= 0) return {};
-  const ssize_t got = recv(socket_, piece.data(), piece.size(), 0);
-  piece.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+  if (poll(&waiting, 1, static_cast<int>(most.count() * 1000)) <= 0) return 0;
+  const ssize_t got = recv(socket_, room.data(), room.size(), 0);
+  return got > 0 ? static_cast<std::size_t>(got) : 0;
+}
+
+std::vector<std::byte> Line::receive(Seconds most) const {
+  std::vector<std::byte> piece(limits::wire_chunk);
+  piece.resize(receive(piece, most));
   return piece;
 }
 
@@ -95,19 +122,24 @@ ScriptedWorker::ScriptedWorker(const std::string& address, const ScriptedHello& 
 
 bool ScriptedWorker::say(const wire::Message& message, std::span<const std::byte> body) const {
   const wire::EncodedMessage encoded = wire::encode(message);
-  return line_.send(wire::frame_bytes(encoded.type, encoded.header, body));
+  const wire::OutFrame first = wire::first_frame(encoded.type, encoded.header, body);
+  if (!line_.send(first)) return false;
+  for (auto rest = body.subspan(first.body.size()); !rest.empty();) {
+    const wire::OutFrame chunk = wire::chunk_frame(rest);
+    if (!line_.send(chunk)) return false;
+    rest = rest.subspan(chunk.body.size());
+  }
+  return true;
 }
 
 std::optional<wire::Message> ScriptedWorker::hear(Seconds most) {
   const auto end = Clock::now() + most;
   for (;;) {
-    std::span<const std::byte> bytes(unread_);
-    auto frame = reader_.read(bytes);
-    unread_.erase(unread_.begin(), unread_.end() - static_cast<std::ptrdiff_t>(bytes.size()));
+    const auto frame = reader_.read(unread_);
     if (frame) return wire::decode(frame->type, frame->header);
     const Seconds left = end - Clock::now();
     if (left.count() <= 0) return std::nullopt;
-    unread_ = line_.receive(left);
+    unread_ = std::span<const std::byte>(room_).first(line_.receive(room_, left));
     if (unread_.empty()) return std::nullopt;
   }
 }
@@ -118,7 +150,7 @@ std::optional<AssignedTask> ScriptedWorker::next_task(Seconds most) {
     std::optional<wire::Message> message;
     if (!heard_.empty()) {
       message = std::move(heard_.front());
-      heard_.erase(heard_.begin());
+      heard_.pop_front();
     } else {
       message = hear(left);
     }
@@ -126,17 +158,17 @@ std::optional<AssignedTask> ScriptedWorker::next_task(Seconds most) {
     auto* assign = std::get_if<wire::Assign>(&*message);
     if (assign == nullptr) continue;
     if (assign->spec) {
-      plans_.emplace_back(assign->job, JobPlan(*assign->spec));
+      plans_.try_emplace(assign->job, *assign->spec);
       say(wire::Preparing{assign->job, 0.5});
       say(wire::Ready{assign->job});
     }
-    for (const auto& [job, plan] : plans_)
-      if (job == assign->job) return AssignedTask{std::move(*assign), plan};
+    const auto known = plans_.find(assign->job);
+    if (known != plans_.end()) return AssignedTask{std::move(*assign), known->second};
   }
   return std::nullopt;
 }
 
-std::vector<std::byte> ScriptedWorker::good_tile(const AssignedTask& task) {
+image::TileImage ScriptedWorker::good_image(const AssignedTask& task) {
   const TaskId& id = task.assign.task;
   image::TileImage tile;
   tile.window = task.plan.grid.tile(id.tile);
@@ -148,7 +180,11 @@ std::vector<std::byte> ScriptedWorker::good_tile(const AssignedTask& task) {
   tile.values.resize(tile.channels() * tile.pixels());
   for (std::size_t i = 0; i < tile.values.size(); ++i)
     tile.values[i] = static_cast<float>((i * 2654435761U + id.pass * 40503U) % 1024) / 1024.0F;
-  return image::encode_tile(tile);
+  return tile;
+}
+
+std::vector<std::byte> ScriptedWorker::good_tile(const AssignedTask& task) {
+  return image::encode_tile(good_image(task));
 }
 
 wire::Result ScriptedWorker::result_of(const AssignedTask& task) {

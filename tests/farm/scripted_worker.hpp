@@ -1,12 +1,16 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/limits.hpp"
+#include "common/image/tile.hpp"
 #include "common/job/job_spec.hpp"
 #include "common/wire/framing.hpp"
 #include "common/wire/messages.hpp"
@@ -29,8 +33,12 @@ class Line {
   /// False if the other side has closed.
   bool send(std::span<const std::byte> bytes) const;
   bool send(std::string_view text) const;
+  /// One frame, its body straight from where it is.
+  bool send(const wire::OutFrame& frame) const;
   /// Whatever comes within `most`; empty at the end of the connection or of the time.
   [[nodiscard]] std::vector<std::byte> receive(Seconds most) const;
+  /// The same, into `room`: how many bytes came.
+  [[nodiscard]] std::size_t receive(std::span<std::byte> room, Seconds most) const;
   /// All until the other side closes or `most` is over.
   [[nodiscard]] std::string receive_all(Seconds most) const;
   /// True if the other side closes within `most`; what it says before is dropped.
@@ -48,10 +56,10 @@ struct ScriptedHello {
   Digest build_id{};
 };
 
-/// A task as it was assigned, with the plan of its job.
+/// A task as it was assigned, with the plan of its job, which lives as long as the worker.
 struct AssignedTask {
   wire::Assign assign;
-  JobPlan plan;
+  const JobPlan& plan;
 };
 
 class ScriptedWorker {
@@ -70,6 +78,8 @@ class ScriptedWorker {
   /// A result that the coordinator should take: a tile whose values depend on task and pixel alone,
   /// as EXR.
   static std::vector<std::byte> good_tile(const AssignedTask& task);
+  /// The tile of good_tile() before it is EXR.
+  static image::TileImage good_image(const AssignedTask& task);
   static wire::Result result_of(const AssignedTask& task);
   /// Says the result and hears until the coordinator answers for its lease.
   std::optional<wire::Message> deliver(const wire::Result& result, std::span<const std::byte> body);
@@ -78,10 +88,11 @@ class ScriptedWorker {
  private:
   Line line_;
   wire::FrameReader reader_;
-  std::vector<std::byte> unread_;
-  std::vector<wire::Message> heard_;
+  std::vector<std::byte> room_ = std::vector<std::byte>(limits::wire_chunk);
+  std::span<const std::byte> unread_;  ///< within `room_`
+  std::deque<wire::Message> heard_;
   wire::Message answer_;
-  std::vector<std::pair<JobId, JobPlan>> plans_;
+  std::map<JobId, JobPlan> plans_;
 };
 
 }  // namespace tessera::farm_test
