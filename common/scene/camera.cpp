@@ -20,9 +20,9 @@ double read_fov(Fields& in) {
     fov->fail("give the field of view by fov, or by focal_length and film_size, and not by both");
   if (fov) return fov->number(1e-3, 179.999);
   if (!focal_length && !film_size) return Camera{}.fov_y_degrees;
-  const double focal = in.required("focal_length").number(length_least, length_most);
+  const double focal = in.required("focal_length").number(direction_least, length_most);
   Vec2 film{};
-  in.required("film_size").numbers(film.data(), 2, length_least, length_most);
+  in.required("film_size").numbers(film.data(), 2, direction_least, length_most);
   return 2 * std::atan(film[1] / 2 / focal) * degrees_per_radian;
 }
 
@@ -43,13 +43,13 @@ Camera read_camera(const Value& value, std::size_t position) {
   const Vec3 view{out.target[0] - out.eye[0], out.target[1] - out.eye[1],
                   out.target[2] - out.eye[2]};
   const double distance = std::hypot(view[0], view[1], view[2]);
-  if (!(distance >= length_least))
+  if (!(distance >= direction_least))
     target.fail("the target is where the eye is: the camera looks nowhere");
   const Vec3& u = out.up;
   const double size = std::hypot(u[0], u[1], u[2]);
   const double across = std::hypot(view[1] * u[2] - view[2] * u[1], view[2] * u[0] - view[0] * u[2],
                                    view[0] * u[1] - view[1] * u[0]);
-  if (!(size >= length_least) || !(across > 1e-9 * size * distance))
+  if (!(size >= direction_least) || !(across > 1e-9 * size * distance))
     up.value_or(value).fail("up has no length, or lies along the line of sight");
   return out;
 }

@@ -11,10 +11,12 @@
 
 namespace tessera::scene {
 
-/// Bounds on numbers that a scene may give. Lengths stay far inside what single precision and
-/// Embree can hold.
-constexpr double length_most = 1e15;
-constexpr double length_least = 1e-15;
+/// Bounds on numbers that a scene may give. Beyond these lengths products of three leave single
+/// precision, and surfaces are no longer found where they are.
+constexpr double length_most = 1e12;
+constexpr double length_least = 1e-8;
+/// Of what gives a direction alone.
+constexpr double direction_least = 1e-15;
 constexpr double radiance_most = 1e30;
 /// Each face of a scene holds the number of its material in 16 bits.
 constexpr std::size_t materials_most = 65536;

@@ -53,7 +53,7 @@ void check_normals(const Value& normals) {
     std::array<double, 3> n{};
     normal.numbers(n.data(), 3, -length_most, length_most);
     const double largest = std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])});
-    if (!(largest >= length_least)) normal.fail("a normal needs a length");
+    if (!(largest >= direction_least)) normal.fail("a normal needs a length");
   }
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <unordered_map>
@@ -26,6 +27,10 @@ Geometry quad(Fields& in, Reading&) {
       (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   if (!std::isnormal(area2) || !(area2 > 1e-20 * bound2))
     in.self().fail("the quad has no area: its edges are parallel, or one has no length");
+  const double longest2 =
+      std::max(u[0] * u[0] + u[1] * u[1] + u[2] * u[2], v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(longest2 >= length_least * length_least))
+    in.self().fail(fmt::format("the quad is too small: no edge is as long as {}", length_least));
   return out;
 }
 
@@ -46,6 +51,10 @@ Geometry box(Fields& in, Reading&) {
       high.fail(
           fmt::format("{} is not beyond low's {} along axis {}: the box is flat or inside out",
                       out.high[axis], out.low[axis], "xyz"[axis]));
+  const double longest =
+      std::max({out.high[0] - out.low[0], out.high[1] - out.low[1], out.high[2] - out.low[2]});
+  if (!(longest >= length_least))
+    high.fail(fmt::format("the box is too small: no side is as long as {}", length_least));
   return out;
 }
 

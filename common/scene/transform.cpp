@@ -47,7 +47,7 @@ Transform rotate(const Value& value) {
   const double degrees = fields.required("degrees").number(-1e6, 1e6);
   fields.finish();
   const double size = length(axis);
-  if (!(size >= length_least)) axis_value.fail("an axis needs a length");
+  if (!(size >= direction_least)) axis_value.fail("an axis needs a length");
   const auto [s, c] = sine_cosine(degrees);
   const double x = axis[0] / size, y = axis[1] / size, z = axis[2] / size, t = 1 - c;
   return {{t * x * x + c, t * x * y - s * z, t * x * z + s * y, 0,  //

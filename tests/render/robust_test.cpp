@@ -49,7 +49,7 @@ SceneMaker convex(int kind) {
 TEST(Robust, ConvexThingsDoNotHideThemselvesAtAnySize) {
   const char* names[] = {"sphere", "box", "mesh", "ellipsoid", "instance"};
   for (int kind = 0; kind < 5; ++kind) {
-    for (const double factor : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
+    for (const double factor : {1e-8, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12}) {
       SceneMaker maker = convex(kind);
       maker.scaled(factor, {0, 0, 0});
       expect_no_self_hit(maker, names[kind], factor);

@@ -27,6 +27,12 @@ struct Local {
   bool flat = true;
 };
 
+/// The direction of edge_u × edge_v, of unit length. In double: the squares of a product of two
+/// lengths leave float's range long before the lengths do.
+Vec3 normal_of(const Vec3& edge_u, const Vec3& edge_v) {
+  return to_float(normalize(cross(to_double(edge_u), to_double(edge_v))));
+}
+
 Local on_triangle(const Geometry& geometry, const accel::Hit& hit) {
   const accel::Triangle& face = geometry.triangles[hit.primitive];
   const Vec3 a = vec(geometry.positions[face[0]]);
@@ -35,7 +41,7 @@ Local on_triangle(const Geometry& geometry, const accel::Hit& hit) {
   const float w = 1 - hit.u - hit.v;
   Local local;
   local.p = a * w + b * hit.u + c * hit.v;
-  local.normal = cross(b - a, c - a);
+  local.normal = normal_of(b - a, c - a);
   local.extent = larger(absolute(a), larger(absolute(b), absolute(c)));
   if (!geometry.normals.empty()) {
     local.flat = false;
@@ -56,7 +62,7 @@ Local on_quad(const Geometry& geometry, const accel::Hit& hit) {
   // A parallelogram in all but the last bit; Embree sees the triangles abd and cdb.
   local.p = hit.u + hit.v <= 1 ? a * (1 - hit.u - hit.v) + b * hit.u + d * hit.v
                                : c * (hit.u + hit.v - 1) + d * (1 - hit.u) + b * (1 - hit.v);
-  local.normal = cross(b - a, d - a);
+  local.normal = normal_of(b - a, d - a);
   local.extent = larger(larger(absolute(a), absolute(b)), larger(absolute(c), absolute(d)));
   return local;
 }

@@ -71,9 +71,12 @@ render::Placement placement_of(const scene::Transform& to_world, std::uint32_t g
   out.first_light = first_light;
   out.moved = true;
   out.to_world = rounded(to_world);
+  // Only the direction of what it gives counts; so it is kept far from the ends of float's range.
+  double most = 0;
+  for (const double entry : *back) most = std::max(most, std::abs(entry));
   for (std::size_t row = 0; row < 3; ++row) {
     for (std::size_t column = 0; column < 3; ++column) {
-      out.normal_to_world[3 * row + column] = static_cast<float>((*back)[3 * column + row]);
+      out.normal_to_world[3 * row + column] = static_cast<float>((*back)[3 * column + row] / most);
     }
   }
   out.error_scale = static_cast<float>(error_growth(m, *back));

@@ -26,7 +26,8 @@ TEST(Affine, ASingularMatrixHasNoInverse) {
 
 TEST(Affine, OnlySimilaritiesHaveAUniformScale) {
   const double c = std::cos(0.7), s = std::sin(0.7);
-  const auto scaled = scene::uniform_scale({{3 * c, -3 * s, 0, 5, 3 * s, 3 * c, 0, 6, 0, 0, -3, 7}});
+  const auto scaled =
+      scene::uniform_scale({{3 * c, -3 * s, 0, 5, 3 * s, 3 * c, 0, 6, 0, 0, -3, 7}});
   ASSERT_TRUE(scaled);
   EXPECT_NEAR(*scaled, 3, 1e-12);
   EXPECT_FALSE(scene::uniform_scale(skewed));
