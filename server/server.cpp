@@ -119,7 +119,6 @@ struct Server::State {
     CoordinatorSettings out;
     out.data = settings.data;
     out.pool_threads = settings.pool_threads;
-    out.blob_url = url_base(settings.public_url);
     out.durable = settings.durable;
     return out;
   }

@@ -77,7 +77,6 @@ class Subscription {
 struct CoordinatorSettings {
   std::filesystem::path data;  ///< the data folder; locked while running
   int pool_threads = 2;
-  std::string blob_url;  ///< given to workers; empty: made from the address that the worker dialled
   SchedulerSettings scheduler;  ///< its epoch is set by the store
   std::size_t in_flight =
       256 * limits::MiB;  ///< bytes of results on their way, above which workers are held
@@ -110,7 +109,7 @@ class Coordinator {
   virtual boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame,
                                               double exposure_stops) = 0;
   /// The tiles whose last fold is newer than version `since`, in the binary form that
-  /// server/http/README.md describes.
+  /// server/film/README.md describes.
   virtual boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame,
                                                 std::uint64_t since) = 0;
   /// The present version without encoding anything.

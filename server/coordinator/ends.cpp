@@ -42,7 +42,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
       return char{};
     };
     co_await on<char>(files_, write);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     log::error("job {} frame {}: the picture could not be written: {}", id, frame, error.what());
     co_return false;
   }
@@ -88,6 +88,7 @@ boost::asio::awaitable<void> CoordinatorImpl::keep_pictures(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::let_go(JobId id) {
+  tell_frames(frame_news_.forget(id));
   films_.forget(id);
   pictures_.forget(id);
   scheduler_.forget_job(id);
@@ -103,7 +104,7 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
   };
   try {
     co_await on_writer<char>(forget);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     // The next start tries again.
     log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
   }
@@ -130,7 +131,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobRecord record) {
     try {
       co_await save(record);
       co_return true;
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       log::error("job {}: its state could not be kept: {}", record.id, error.what());
     }
     co_await crew_.pause(wait);

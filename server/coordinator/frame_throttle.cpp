@@ -21,6 +21,15 @@ std::vector<FrameThrottle::Frame> FrameThrottle::due(Instant now) {
   return told;
 }
 
+std::vector<FrameThrottle::Frame> FrameThrottle::forget(JobId job) {
+  std::vector<Frame> told;
+  const auto found = jobs_.find(job);
+  if (found == jobs_.end()) return told;
+  for (const std::int32_t frame : found->second.waiting) told.emplace_back(job, frame);
+  jobs_.erase(found);
+  return told;
+}
+
 std::optional<Instant> FrameThrottle::next_deadline() const {
   std::optional<Instant> earliest;
   for (const auto& [job, entry] : jobs_)

@@ -25,7 +25,8 @@ class FrameThrottle {
   /// What is to be told now, at most one frame of each job: the one that has waited longest.
   std::vector<Frame> due(Instant now);
   [[nodiscard]] std::optional<Instant> next_deadline() const;
-  void forget(JobId job) { jobs_.erase(job); }
+  /// What waits of this job, told regardless of the spacing; the job is known no more.
+  std::vector<Frame> forget(JobId job);
 
  private:
   struct Job {

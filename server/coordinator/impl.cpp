@@ -196,9 +196,7 @@ void CoordinatorImpl::wake_in_time() {
 
 void CoordinatorImpl::tick() {
   perform(scheduler_.tick(now()));
-  for (const auto& [id, frame] : frame_news_.due(now()))
-    if (const auto newest = version(id, frame))
-      hub_.publish("frame", id, frame_event(id, frame, *newest));
+  tell_frames(frame_news_.due(now()));
   for (const auto& [id, unused] : job_news_.due(now()))
     if (const Job* job = find(id)) hub_.publish("job", id, job_event(status_of(*job)));
   hold_or_release();
@@ -300,6 +298,12 @@ Job& CoordinatorImpl::known(JobId id) {
 
 JobStatus CoordinatorImpl::status_of(const Job& job) const {
   return job.status(scheduler_.job(job.record.id, now()), now());
+}
+
+void CoordinatorImpl::tell_frames(const std::vector<FrameThrottle::Frame>& frames) {
+  for (const auto& [id, frame] : frames)
+    if (const auto newest = version(id, frame))
+      hub_.publish("frame", id, frame_event(id, frame, *newest));
 }
 
 void CoordinatorImpl::tell_job(JobId id) {

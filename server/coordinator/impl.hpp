@@ -93,6 +93,7 @@ class CoordinatorImpl : public Coordinator {
   Job& known(JobId id);
   [[nodiscard]] JobStatus status_of(const Job& job) const;
   void tell_job(JobId id);
+  void tell_frames(const std::vector<FrameThrottle::Frame>& frames);
 
   // ---- people.cpp ----
   /// Throws Error{not_found}, or Error{conflict} if the job has ended.

@@ -93,6 +93,9 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
     FilmSnapshot film;
     if (films_.find(key.job, key.frame)) {
       film = co_await films_.snapshot(key.job, key.frame);
+    } else if (job.ended) {
+      throw Error(ErrorKind::not_found,
+                  fmt::format("job {} ended without a picture of frame {}", key.job, key.frame));
     } else {
       film = Film(plan->grid).snapshot();
     }

@@ -2,6 +2,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
+#include "common/base/names.hpp"
 #include "server/coordinator/impl.hpp"
 
 /// What workers say, and what becomes of their results.
@@ -11,15 +12,23 @@ namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
+/// No task traces as many: its paths' vertices, each with its light samples, four times over.
+double rays_most(std::int64_t samples, const RenderSettings& render) {
+  return 4.0 * static_cast<double>(samples) * (render.bounces + 2) * (render.light_samples + 1);
+}
+
 /// What a result says of itself must fit its task; empty if it does.
-std::string fault_of(const wire::Result& result, const image::TileExpectation& expected) {
+std::string fault_of(const wire::Result& result, const image::TileExpectation& expected,
+                     const RenderSettings& render) {
   const std::int64_t samples = expected.window.pixels() * expected.samples;
   if (result.samples != samples)
     return fmt::format("samples: expected {} for {}, found {}", samples, text_of(result.task),
                        result.samples);
   if (result.rejected < 0 || result.rejected > samples)
     return fmt::format("rejected: expected 0 to {}, found {}", samples, result.rejected);
-  if (result.rays < 0) return fmt::format("rays: expected at least 0, found {}", result.rays);
+  const double most = rays_most(samples, render);
+  if (result.rays < 0 || static_cast<double>(result.rays) > most)
+    return fmt::format("rays: expected 0 to {:.0f}, found {}", most, result.rays);
   if (!(result.seconds >= 0 && result.seconds < 1e9))
     return "seconds: expected a number from 0 to 1e9";
   return {};
@@ -81,7 +90,8 @@ void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
     perform(scheduler_.worker_progress(worker, running, now()));
   } else if (const auto* failed = std::get_if<wire::Failed>(&message)) {
     log::warn("worker {} ({}) could not do its work for job {} ({}): {}", worker,
-              workers_[worker].info.name, failed->job, failed->code, failed->reason);
+              workers_[worker].info.name, failed->job, excerpt(failed->code),
+              excerpt(failed->reason, 400));
     perform(scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now()));
   } else if (std::holds_alternative<wire::Drain>(message)) {
     perform(scheduler_.drain_worker(worker, now()));
@@ -111,7 +121,8 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
     arrived.worker_name = found->second.info.name;
     arrived.worker_build = found->second.info.build_id;
     const image::TileExpectation expected = expectation_of(*job->plan, result.task);
-    if (const std::string fault = fault_of(result, expected); !fault.empty()) {
+    if (const std::string fault = fault_of(result, expected, job->plan->spec.render);
+        !fault.empty()) {
       result_invalid(arrived, fault);
     } else {
       arrived.budget = in_flight_.take(2 * exr.size());

@@ -5,6 +5,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
+#include "common/base/names.hpp"
 #include "server/session/handshake.hpp"
 
 namespace tessera::server {
@@ -93,7 +94,7 @@ boost::asio::awaitable<bool> Session::shake_hands() {
     if (worker_) coordinator_.worker_heard(*worker_);
   });
   log::info("{}: worker {} joined with {} threads, version {}", who_, *worker_, hello->threads,
-            hello->version);
+            excerpt(hello->version));
   co_return true;
 }
 
@@ -118,7 +119,7 @@ void Session::take(net::Incoming incoming) {
   if (auto* result = std::get_if<wire::Result>(&incoming.message)) {
     coordinator_.worker_result(*worker_, std::move(*result), std::move(incoming.body));
   } else if (const auto* bye = std::get_if<wire::Bye>(&incoming.message)) {
-    log::info("{}: bye: {}", who_, bye->reason);
+    log::info("{}: bye: {}", who_, excerpt(bye->reason, 400));
     clean_ = true;
   } else if (is_workers(incoming.message)) {
     coordinator_.worker_said(*worker_, std::move(incoming.message));

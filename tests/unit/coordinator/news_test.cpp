@@ -32,6 +32,18 @@ TEST(FrameThrottle, FirstNewsIsToldAtOnceAndTheNextAfterItsSpacing) {
   EXPECT_THAT(throttle.due(at(80)), ElementsAre(Pair(1, 5)));
 }
 
+TEST(FrameThrottle, AForgottenJobsLastNewsIsToldAtOnce) {
+  FrameThrottle throttle(milliseconds(80));
+  const Instant start{};
+  throttle.changed(1, 5, start);
+  EXPECT_EQ(throttle.due(start).size(), 1U);
+  throttle.changed(1, 6, start);
+  throttle.changed(2, 7, start);
+  EXPECT_EQ(throttle.forget(1), (std::vector<FrameThrottle::Frame>{{1, 6}}));
+  EXPECT_TRUE(throttle.forget(1).empty());
+  EXPECT_EQ(throttle.due(start), (std::vector<FrameThrottle::Frame>{{2, 7}}));
+}
+
 TEST(FrameThrottle, FramesOfAJobTakeTurnsAndJobsDoNotWaitForEachOther) {
   FrameThrottle throttle(milliseconds(80));
   throttle.changed(1, 5, at(0));
