@@ -108,6 +108,29 @@ TEST(Direct, SphereAboveTheHorizon) {
   }
 }
 
+TEST(Direct, ADiskOfTriangles) {
+  // 256 corners: its area is that of the disk to 1e-4.
+  SceneMaker maker = floor_scene();
+  scene::Mesh fan;
+  constexpr std::uint32_t corners = 256;
+  fan.positions.push_back({0, 1, 0});
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const double turn = 2 * pi_d * i / corners;
+    fan.positions.push_back(
+        {static_cast<float>(std::cos(turn)), 1, static_cast<float>(std::sin(turn))});
+    fan.triangles.push_back({0, 1 + i, 1 + (i + 1) % corners});
+  }
+  maker.add(maker.emitter(1), fan);
+  expect_mean(measure(maker.build(), {4, 1024}), reflected(pi_d / 2));
+}
+
+TEST(Direct, ASphereAsLargeAsTheSun) {
+  SceneMaker maker = floor_scene();
+  const double radius = 1000 * std::sin(0.2665 * pi_d / 180);
+  maker.add(maker.emitter(1), scene::Sphere{{0, 1000, 0}, radius});
+  expect_mean(measure(maker.build(), {}), reflected(6.796666e-5));
+}
+
 TEST(Direct, AnEmittersBackIsDark) {
   SceneMaker maker = floor_scene();
   maker.add(maker.emitter(1), scene::Quad{{-1, 1, -1}, {0, 0, 2}, {2, 0, 0}});

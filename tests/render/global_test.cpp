@@ -117,6 +117,10 @@ TEST(Global, LightSamplesChangeTheNoiseAndNotTheMean) {
   EXPECT_LT(one.error, 0.01 * one.mean);
   EXPECT_NEAR(one.mean, four.mean,
               student_bound(23) * std::sqrt(one.error * one.error + four.error * four.error));
+  // The noise of many pixels and bounces is not the light's: one point, direct light alone.
+  maker.look({0, 0, 0.9}, {0.3, -1, 0});
+  const Scene point = maker.build();
+  EXPECT_LT(measure(point, {4, 16, 0, 4}).error, measure(point, {4, 16, 0, 1}).error);
 }
 
 }  // namespace
