@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "server/store/store.hpp"
 #include "tests/unit/session/farm.hpp"
 
 namespace tessera::server {
@@ -115,6 +117,91 @@ TEST(Jobs, PausedOneIsGrantedNothingUntilItIsResumedAlsoOverARestart) {
     EXPECT_EQ(unknown.first, ErrorKind::not_found);
   };
   farm.run(second());
+}
+
+TEST(Jobs, WhatWasCountedBeforeAPauseIsNotCountedAgainAfterARestart) {
+  Farm farm;
+  JobId id = 0;
+  std::int64_t rays = 0;
+  const JobSpec spec = farm.spec(64, 64, 16, 300);
+  ScriptedWorker worker("half");
+  std::size_t delivered = 0;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (delivered++ < 3) worker.deliver(order);
+  };
+  const auto first = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return worker.accepted == 3; });
+    rays = farm.coordinator->job(id)->rays;
+    EXPECT_GT(rays, 0);
+    co_await farm.coordinator->pause(id);
+    co_await farm.halt();
+  };
+  farm.run(first());
+  worker.vanish();
+  farm.io.reset();
+  farm.start();
+  EXPECT_EQ(farm.coordinator->job(id)->rays, rays);
+}
+
+TEST(Jobs, NoResultOfAnEndedJobStaysInTheJournalOverAStart) {
+  Farm farm;
+  JobId id = 0;
+  const JobSpec spec = farm.spec(64, 64, 16, 300);
+  ScriptedWorker worker("half");
+  std::size_t delivered = 0;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (delivered++ < 3) worker.deliver(order);
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return worker.accepted == 3; });
+    co_await farm.halt();
+  };
+  farm.run(scenario());
+  worker.vanish();
+  farm.io.reset();
+  {
+    // As if the process had died between the end of the job and that of its results.
+    const auto store = Store::open(farm.data, {.durable = false});
+    EXPECT_EQ(store->jobs_with_results(), std::vector<JobId>{id});
+    JobRecord record = store->list_jobs().at(0);
+    record.state = "cancelled";
+    store->update_job(record);
+  }
+  farm.start();
+  const auto second = [&]() -> awaitable<void> {
+    const auto error = co_await error_of(farm.coordinator->png(id, 1, 0));
+    EXPECT_EQ(error.first, ErrorKind::not_found) << "it has no picture, not a black one";
+    co_await farm.halt();
+  };
+  farm.run(second());
+  const auto store = Store::open(farm.data, {.durable = false});
+  EXPECT_TRUE(store->jobs_with_results().empty());
+}
+
+TEST(Jobs, AResultWithMoreRaysThanItsTaskCanTraceIsRejected) {
+  Farm farm;
+  ScriptedWorker worker("liar");
+  bool lied = false;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (lied) return;
+    lied = true;
+    wire::Result result = worker.result_of(order);
+    result.rays = std::numeric_limits<std::int64_t>::max();
+    worker.deliver(result, image::encode_tile(worker.tile_of(order)));
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    const JobId id = co_await farm.coordinator->submit(farm.spec());
+    co_await worker.work([&] { return !worker.rejected.empty(); });
+    EXPECT_EQ(worker.rejected.size(), 1U);
+    EXPECT_EQ(farm.coordinator->job(id)->rays, 0);
+    EXPECT_THAT(worker.rejected.at(0).reason, HasSubstr("rays"));
+  };
+  farm.run(scenario(), std::chrono::seconds(10));
 }
 
 TEST(Jobs, PictureOfAVersionIsEncodedOnceForAllWhoAsk) {
