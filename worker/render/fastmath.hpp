@@ -92,6 +92,13 @@ struct Terms<float> {
 /// To the nearest whole number (ties to even), for |x| < 2^51, in the default rounding mode.
 constexpr double round_near(double x) { return (x + 0x1.8p52) - 0x1.8p52; }
 
+/// |r| ≤ π/4.
+template <class T>
+std::pair<double, double> sincos_reduced(double r) {
+  const double r2 = r * r;
+  return {r * polynomial<Terms<T>::sin>(r2, sin_terms), polynomial<Terms<T>::cos>(r2, cos_terms)};
+}
+
 template <class T>
 std::pair<double, double> sincos_of(double x) {
   // π/2 in three parts of at most 33 bits, so that n times each of the first two is exact (Cody and
@@ -99,9 +106,7 @@ std::pair<double, double> sincos_of(double x) {
   constexpr double part1 = 0x1.921fb544p+0, part2 = 0x1.0b4611a6p-34, part3 = 0x1.3198a2e037073p-69;
   const double n = round_near(x * 0.63661977236758134308);
   const double r = ((x - n * part1) - n * part2) - n * part3;
-  const double r2 = r * r;
-  const double s = r * polynomial<Terms<T>::sin>(r2, sin_terms);
-  const double c = polynomial<Terms<T>::cos>(r2, cos_terms);
+  const auto [s, c] = sincos_reduced<T>(r);
   const auto quadrant = static_cast<std::int64_t>(n) & 3;
   const double sin_x = (quadrant & 1) != 0 ? c : s;
   const double cos_x = (quadrant & 1) != 0 ? s : c;
@@ -172,6 +177,11 @@ double atan2_of(double y, double x) {
 /// with x.
 inline std::pair<float, float> sincos(float x) {
   const auto [s, c] = detail::sincos_of<float>(x);
+  return {static_cast<float>(s), static_cast<float>(c)};
+}
+/// The same for |x| ≤ π/4, with the same bits, in less time.
+inline std::pair<float, float> sincos_near_zero(float x) {
+  const auto [s, c] = detail::sincos_reduced<float>(x);
   return {static_cast<float>(s), static_cast<float>(c)};
 }
 inline std::pair<double, double> sincos(double x) { return detail::sincos_of<double>(x); }

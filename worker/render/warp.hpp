@@ -14,11 +14,12 @@ namespace tessera::render {
 inline Vec2 square_to_disk(Vec2 u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
   if (a == 0 && b == 0) return {};
+  // Selections, not branches: which triangle of the square it is cannot be foretold.
   const bool x_major = std::abs(a) > std::abs(b);
-  const float radius = x_major ? a : b;
-  const float angle = x_major ? (pi / 4) * (b / a) : (pi / 2) - (pi / 4) * (a / b);
-  const auto [sin_angle, cos_angle] = fast::sincos(angle);
-  return {radius * cos_angle, radius * sin_angle};
+  const float radius = x_major ? a : b, other = x_major ? b : a;
+  // From the nearer axis; seen from the other one, sine and cosine change places.
+  const auto [sin_angle, cos_angle] = fast::sincos_near_zero((pi / 4) * (other / radius));
+  return {radius * (x_major ? cos_angle : sin_angle), radius * (x_major ? sin_angle : cos_angle)};
 }
 constexpr float disk_pdf() { return inv_pi; }
 

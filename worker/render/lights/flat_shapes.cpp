@@ -37,7 +37,7 @@ struct Plane {
 
 ShapeSample towards(const Vec3d& point, double pdf) {
   const double distance = length(point);
-  return {.wi = point / distance, .distance = distance, .pdf = pdf};
+  return {.wi = point * (1 / distance), .distance = distance, .pdf = pdf};
 }
 
 ShapeSample along(const Plane& plane, const Vec3d& wi, double pdf) {
@@ -48,20 +48,20 @@ ShapeSample along(const Plane& plane, const Vec3d& wi, double pdf) {
 
 /// A quad seen from the lit point.
 struct SeenQuad {
+  const QuadLight& light;
   Vec3d corner, u, v;
   Plane plane;
 
   SeenQuad(const QuadLight& quad, const Vec3& p)
-      : corner(to_double(quad.corner) - to_double(p)),
+      : light(quad),
+        corner(to_double(quad.corner) - to_double(p)),
         u(to_double(quad.edge_u)),
         v(to_double(quad.edge_v)),
         plane(corner, u, v) {}
 
-  [[nodiscard]] bool is_rectangle() const {
-    const double d = dot(u, v);
-    return d * d <= right_angle * right_angle * length_squared(u) * length_squared(v);
+  [[nodiscard]] SphericalRectangle rectangle() const {
+    return {corner, u, v, light.inverse_length_u, light.inverse_length_v};
   }
-  [[nodiscard]] SphericalRectangle rectangle() const { return {corner, u, v}; }
   /// The halves of a parallelogram, along the diagonal between its edges' ends.
   [[nodiscard]] SphericalTriangle near_half() const { return {corner, corner + u, corner + v}; }
   [[nodiscard]] SphericalTriangle far_half() const {
@@ -71,12 +71,21 @@ struct SeenQuad {
 
 }  // namespace
 
+QuadLight::QuadLight(const Vec3& corner_, const Vec3& edge_u_, const Vec3& edge_v_)
+    : corner(corner_), edge_u(edge_u_), edge_v(edge_v_) {
+  const Vec3d u = to_double(edge_u), v = to_double(edge_v);
+  inverse_length_u = 1 / length(u);
+  inverse_length_v = 1 / length(v);
+  const double cosine = dot(u, v) * inverse_length_u * inverse_length_v;
+  rectangle = std::abs(cosine) <= right_angle;
+}
+
 ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightContext& context,
                          Vec2 uv) {
   const SeenQuad quad(light, context.p);
   if (!quad.plane.visible(two_sided)) return {};
   const double s = uv.x, t = uv.y;
-  if (quad.is_rectangle()) {
+  if (light.rectangle) {
     const SphericalRectangle rectangle = quad.rectangle();
     if (rectangle.solid_angle() >= least_rectangle_angle) {
       return towards(rectangle.sample(s, t), 1 / rectangle.solid_angle());
@@ -101,7 +110,7 @@ double pdf_shape(const QuadLight& light, bool two_sided, const LightContext& con
                  const LightHit& hit) {
   const SeenQuad quad(light, context.p);
   if (!quad.plane.visible(two_sided)) return 0;
-  if (quad.is_rectangle()) {
+  if (light.rectangle) {
     const double angle = quad.rectangle().solid_angle();
     if (angle >= least_rectangle_angle) return 1 / angle;
   } else {

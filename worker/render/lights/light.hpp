@@ -12,6 +12,11 @@ namespace tessera::render {
 /// Parallelogram corner + s·edge_u + t·edge_v; it emits on the side of edge_u × edge_v.
 struct QuadLight {
   Vec3 corner, edge_u, edge_v;
+  double inverse_length_u = 0, inverse_length_v = 0;
+  bool rectangle = false;  ///< its angles are right, but for what rounding leaves in float
+
+  QuadLight() = default;
+  QuadLight(const Vec3& corner_, const Vec3& edge_u_, const Vec3& edge_v_);
 };
 /// It emits on the side of (b − a) × (c − a).
 struct TriangleLight {

@@ -7,29 +7,10 @@
 
 namespace tessera::render {
 
-namespace {
-
-/// An angle as a point in its direction from the origin. Angles are added by multiplying.
-struct Turn {
-  double cos, sin;
-};
-Turn operator*(const Turn& a, const Turn& b) {
-  return {a.cos * b.cos - a.sin * b.sin, a.sin * b.cos + a.cos * b.sin};
-}
-/// In 0 … 2π: for a sum of two angles between 0 and π.
-double angle_of(const Turn& turn) {
-  const double angle = fast::atan2(turn.sin, turn.cos);
-  return angle < 0 ? angle + 2 * pi_d : angle;
-}
-
-}  // namespace
-
 SphericalRectangle::SphericalRectangle(const Vec3d& corner, const Vec3d& edge_u,
-                                       const Vec3d& edge_v) {
-  const double length_u = length(edge_u), length_v = length(edge_v);
-  x_ = edge_u / length_u;
-  y_ = edge_v / length_v;
-  z_ = cross(x_, y_);
+                                       const Vec3d& edge_v, double inverse_length_u,
+                                       double inverse_length_v)
+    : x_(edge_u * inverse_length_u), y_(edge_v * inverse_length_v), z_(cross(x_, y_)) {
   z0_ = dot(corner, z_);
   if (z0_ > 0) {
     z0_ = -z0_;
@@ -37,8 +18,9 @@ SphericalRectangle::SphericalRectangle(const Vec3d& corner, const Vec3d& edge_u,
   }
   x0_ = dot(corner, x_);
   y0_ = dot(corner, y_);
-  x1_ = x0_ + length_u;
-  y1_ = y0_ + length_v;
+  const double width = dot(edge_u, x_), height = dot(edge_v, y_);
+  x1_ = x0_ + width;
+  y1_ = y0_ + height;
   if (!(z0_ < 0)) return;
 
   // The inner angles. The planes through the origin and the edges at y0, x1, y1, x0 have the
@@ -49,21 +31,31 @@ SphericalRectangle::SphericalRectangle(const Vec3d& corner, const Vec3d& edge_u,
   const Turn g1 = {-x1_ * y1_, -z0_ * std::sqrt(x12 + y12 + z2)};
   const Turn g2 = {x0_ * y1_, -z0_ * std::sqrt(x02 + y12 + z2)};
   const Turn g3 = {-x0_ * y0_, -z0_ * std::sqrt(x02 + y02 + z2)};
-  k_ = 2 * pi_d - angle_of(g2 * g3);
-  solid_angle_ = std::max(0.0, angle_of(g0 * g1) - k_);
+  at_x0_ = g2 * g3;
+  // The angles' sum is the solid angle and one full turn.
+  const Turn sum = g0 * g1 * at_x0_;
+  const double angle = fast::atan2(sum.sin, sum.cos);
+  // Below 0 it is an angle beyond π, or one near 0 that is rounded. Beyond π is only what the
+  // origin stands over, and what is larger than its distance.
+  const bool wide = x0_ < 0 && x1_ > 0 && y0_ < 0 && y1_ > 0 && width * height > z2;
+  solid_angle_ = angle >= 0 ? angle : (wide || angle < -1 ? angle + 2 * pi_d : 0);
 }
 
 Vec3d SphericalRectangle::sample(double u, double v) const {
-  const auto [sin_a, cos_a] = fast::sincos(u * solid_angle_ + k_);
   const double z2 = z0_ * z0_;
-  // Of the unit normals at y0 and y1, the paper's b0 and b1.
-  const double l0 = 1 / std::sqrt(z2 + y0_ * y0_), l1 = 1 / std::sqrt(z2 + y1_ * y1_);
-  const double f = -cos_a * y0_ * l0 - y1_ * l1;
+  // Lengths of the normals at y0, y1 and, squared, x0; their product is that of at_x0.
+  const double n0 = std::sqrt(z2 + y0_ * y0_), n1 = std::sqrt(z2 + y1_ * y1_);
+  const double inverse = 1 / (n0 * n1 * (z2 + x0_ * x0_));
+  // The paper's angle au is u·solid angle less the angles at x0.
+  const auto [sin_part, cos_part] = fast::sincos(u * solid_angle_);
+  const auto [cos_a, sin_a] =
+      Turn{cos_part, sin_part} * Turn{at_x0_.cos * inverse, -at_x0_.sin * inverse};
   // The paper's fu = f/sin a, cu = ±1/√(fu² + b0²) and x = −cu·z0/√(1 − cu²), in one step that
-  // keeps its digits near |cu| = 1.
-  const double s = z0_ * l0 * sin_a;
+  // keeps its digits near |cu| = 1; f and s here are n0·n1 times as large.
+  const double f = -cos_a * y0_ * n1 - y1_ * n0;
+  const double s = z0_ * n1 * sin_a;
   const double root = std::sqrt(std::max(f * f - s * s, 1e-300));
-  const double x = std::clamp(-z0_ * (f < 0 ? -sin_a : sin_a) / root, x0_, x1_);
+  const double x = std::clamp(-z0_ * (f < 0 ? -sin_a : sin_a) * (n0 * n1) / root, x0_, x1_);
   const double d2 = x * x + z2;
   const double h0 = y0_ / std::sqrt(d2 + y0_ * y0_), h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
   const double h = h0 + v * (h1 - h0);
