@@ -121,16 +121,11 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
   return result;
 }
 
-Color eval(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
   const Vec3 local_wo = closure.shading.to_local(wo), local_wi = closure.shading.to_local(wi);
   if (!sides_agree(closure, wo, wi, local_wo.z * local_wi.z <= 0)) return {};
-  return eval_local(closure, local_wo, local_wi);
-}
-
-float pdf(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  const Vec3 local_wo = closure.shading.to_local(wo), local_wi = closure.shading.to_local(wi);
-  if (!sides_agree(closure, wo, wi, local_wo.z * local_wi.z <= 0)) return 0;
-  return pdf_local(closure, local_wo, local_wi);
+  return {.value = eval_local(closure, local_wo, local_wi),
+          .pdf = pdf_local(closure, local_wo, local_wi)};
 }
 
 Color albedo(const Closure& closure) {

@@ -109,10 +109,19 @@ struct BsdfSample {
 
 /// u_lobe chooses the lobe (and within a dielectric, reflection or refraction); u the direction.
 BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u);
-/// f·|cos θi|, summed over the lobes that are not deltas.
-Color eval(const Closure& closure, const Vec3& wo, const Vec3& wi);
-/// The density with which sample() gives wi by a lobe that is not a delta.
-float pdf(const Closure& closure, const Vec3& wo, const Vec3& wi);
+/// What light from a given direction comes to.
+struct Scattering {
+  Color value;    ///< f·|cos θi|, summed over the lobes that are not deltas
+  float pdf = 0;  ///< the density with which sample() gives wi by such a lobe
+};
+Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi);
+/// One of the two alone.
+inline Color eval(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  return scattering(closure, wo, wi).value;
+}
+inline float pdf(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  return scattering(closure, wo, wi).pdf;
+}
 /// For the albedo channel, 0…1, as OIDN wants it: the diffuse albedo; for a mirror its reflectance
 /// at normal incidence; for glass 1. A surface that only emits has 0.
 Color albedo(const Closure& closure);

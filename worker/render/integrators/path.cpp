@@ -91,17 +91,17 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     const LightSample light =
         scene.lights.sample(context, draw.bits(dim::light_pick), draw.pair(dim::light));
     if (!light || is_black(light.radiance)) continue;
-    const Color scattered = eval(closure, at.shading.wo, light.wi);
-    if (is_black(scattered)) continue;
+    const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
+    if (is_black(scattered.value)) continue;
     const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
     if (!(length > 0)) continue;
     ++trace.rays;
     const Color passed = transmittance(scene, at.leave(light.wi, length, path.ray));
     if (is_black(passed)) continue;
     const float by_light = light.pdf * counted;
-    const float weight = power_heuristic(by_light, pdf(closure, at.shading.wo, light.wi));
-    record.add(path.throughput * scattered * light.radiance * passed * (weight / by_light), first,
-               path.depth + 1, scene.lights[light.light].group);
+    const float weight = power_heuristic(by_light, scattered.pdf);
+    record.add(path.throughput * scattered.value * light.radiance * passed * (weight / by_light),
+               first, path.depth + 1, scene.lights[light.light].group);
   }
 }
 
