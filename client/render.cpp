@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds look{100};
 JobState follow_in(Farm& farm, Server& server, JobId id, ProgressPrinter& printer) {
   for (;;) {
     farm.check();
-    const JobState job = job_state_from(fetch_job(server, id));
+    JobState job = job_state_from(fetch_job(server, id));
     printer.show(job);
     if (job.ended()) return job;
     server.pause(look, look);
