@@ -54,7 +54,7 @@ fs::path FolderFiles::locate(const std::string& path) const {
   std::error_code error;
   const fs::path root = fs::canonical(folder_, error);
   if (error) throw Error(ErrorKind::not_found, fmt::format("no folder \"{}\"", folder_.string()));
-  const fs::path file = fs::canonical(root / checked, error);
+  fs::path file = fs::canonical(root / checked, error);
   if (error) throw Error(ErrorKind::not_found, fmt::format("no file \"{}\"", shown(checked)));
   const auto [end, at] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
   if (end != root.end())
