@@ -67,6 +67,9 @@ TEST(Jobs, CancelledOneKeepsItsPictureAndIsNoLongerWorkedOn) {
     co_await worker.connect(farm);
     id = co_await farm.coordinator->submit(spec);
     co_await worker.work([&] { return worker.accepted == 6; });
+    // A result is acknowledged before it is folded; what is kept is what was folded.
+    while (farm.coordinator->version(id, 1).value_or(0) == 0)
+      co_await sleep_for(std::chrono::milliseconds(5));
     co_await farm.coordinator->cancel(id);
     EXPECT_EQ(farm.coordinator->job(id)->view.state, "cancelled");
     co_await worker.work([&] { return worker.revoked > 0; });
