@@ -6,10 +6,12 @@ cd "$(dirname "$0")/.."
 root=$PWD
 
 deploy/packages.sh build
-echo "Building (only what has changed) …"
+if [ -x build/release/bin/tessera ]; then echo "Building what has changed …"; else echo "Building; the first time takes some minutes …"; fi
 cmake --preset release >build-configure.log 2>&1 || { cat build-configure.log >&2; rm -f build-configure.log; exit 1; }
 rm -f build-configure.log
-cmake --build --preset release -- --quiet
+quiet=(--quiet)
+[ ! -t 1 ] || quiet=()  # a terminal shows how far the build is
+cmake --build --preset release -- "${quiet[@]}"
 bin=$root/build/release/bin
 
 work=$(mktemp -d "${TMPDIR:-/tmp}/tessera-quickstart.XXXXXX")
