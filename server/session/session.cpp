@@ -117,7 +117,7 @@ boost::asio::awaitable<void> Session::wait_while_held() {
 
 void Session::take(net::Incoming incoming) {
   if (auto* result = std::get_if<wire::Result>(&incoming.message)) {
-    coordinator_.worker_result(*worker_, std::move(*result), std::move(incoming.body));
+    coordinator_.worker_result(*worker_, *result, std::move(incoming.body));
   } else if (const auto* bye = std::get_if<wire::Bye>(&incoming.message)) {
     log::info("{}: bye: {}", who_, excerpt(bye->reason, 400));
     clean_ = true;
