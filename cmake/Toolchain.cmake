@@ -32,6 +32,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(tessera_options INTERFACE -Wno-null-dereference -Wno-mismatched-new-delete -Wno-restrict
     -Wno-stringop-overflow)
 endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 16)
+  # Clang 14 has coroutines and does not say so in the way that Asio asks.
+  target_compile_definitions(tessera_options INTERFACE BOOST_ASIO_HAS_CO_AWAIT=1 BOOST_ASIO_HAS_STD_COROUTINE=1)
+endif()
 if(TESSERA_WERROR)
   target_compile_options(tessera_options INTERFACE -Werror)
 endif()
@@ -44,10 +48,12 @@ if(TESSERA_SANITIZE)
   add_compile_options(-fsanitize=${TESSERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${TESSERA_SANITIZE})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    # It takes calls into libraries that were not built with it for faults.
     add_compile_options(-fno-sanitize=function)
+  else()
+    # g++ sees false "maybe uninitialized" under the sanitizers' instrumentation.
+    add_compile_options(-Wno-maybe-uninitialized)
   endif()
-  # g++ sees false "maybe uninitialized" under the sanitizers' instrumentation.
-  add_compile_options(-Wno-maybe-uninitialized)
 endif()
 
 # tessera_library(name SOURCES… [PUBLIC libs…] [PRIVATE libs…]): one folder, one static library.

@@ -15,7 +15,7 @@ for purpose in "$@"; do
     build) wanted+=(git ca-certificates cmake ninja-build ccache g++ pkg-config "$boost" libembree-dev libopenexr-dev libtbb-dev
       nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libisal-dev libtinyobjloader-dev) ;;
     test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
-    check) wanted+=(clang-format clang-tidy) ;;
+    check) wanted+=(clang-format clang-tidy clang libclang-rt-dev llvm) ;;
     *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test or check)" >&2; exit 2 ;;
   esac
 done
