@@ -1,17 +1,9 @@
 #include "worker/render/integrators/path.hpp"
 
-#include <algorithm>
-
-#include "worker/render/integrators/path_state.hpp"
-#include "worker/render/interaction.hpp"
+#include "worker/render/integrators/path_steps.hpp"
 
 namespace tessera::render {
 namespace {
-
-/// From this depth on a path may be ended.
-constexpr int roulette_from = 2;
-/// A shadow ray ends this part of its length before the light.
-constexpr float shadow_margin = 0x1p-13F;
 
 /// Weight of the strategy with density a against b (Veach's power heuristic, exponent 2). a > 0.
 float power_heuristic(float a, float b) {
@@ -29,16 +21,11 @@ float found_weight(const Trace& trace, const PathState& path, std::uint32_t ligh
 }
 
 void add_environment(const Trace& trace, const PathState& path, SampleRecord& record) {
-  const Scene& scene = trace.scene;
-  if (path.depth == 0 && scene.has_environment) record.alpha = 1;
-  const std::uint32_t light = scene.lights.environment();
-  if (light == no_id) return;
+  if (path.depth == 0) describe_nothing(trace, record);
   LightHit hit;
   hit.wi = path.ray.direction;
-  const float weight = found_weight(trace, path, light, hit);
-  const Light& environment = scene.lights[light];
-  record.add(path.throughput * environment.radiance * weight, path.first_lobe, path.depth,
-             environment.group);
+  const float weight = found_weight(trace, path, trace.scene.lights.environment(), hit);
+  add_environment(trace, path, weight, record);
 }
 
 void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
@@ -49,30 +36,7 @@ void add_emission(const Trace& trace, const PathState& path, const Interaction& 
   hit.distance = at.t;
   hit.instance = at.instance;
   hit.primitive = at.primitive;
-  const float weight = found_weight(trace, path, at.light, hit);
-  const std::uint16_t group =
-      at.light == no_id ? std::uint16_t{0} : trace.scene.lights[at.light].group;
-  record.add(path.throughput * emission * weight, path.first_lobe, path.depth, group);
-}
-
-FirstLobe lobe_of(const BsdfSample& drawn) {
-  if (drawn.transmission) return FirstLobe::transmission;
-  return drawn.specular ? FirstLobe::specular : FirstLobe::diffuse;
-}
-
-/// Where light samples are taken from: the side of wo, unless light may come from both. That is
-/// also where the ray to the light starts, so that a light which scatters too finds its own points
-/// on the right side of itself.
-LightContext light_context(const Interaction& at, const Closure& closure, const PathState& path) {
-  LightContext context;
-  context.p = at.p;
-  context.medium = path.media.innermost();
-  if ((closure.flags & lobe_flag::transmission) == 0) {
-    const Vec3& n = closure.shading.n;
-    context.n = dot(n, at.shading.wo) < 0 ? -n : n;
-    context.p = at.start(at.shading.wo);
-  }
-  return context;
+  add_emission(trace, path, at, emission, found_weight(trace, path, at.light, hit), record);
 }
 
 /// `first_draw` is the light set's draw 0 of light_samples.
@@ -103,46 +67,6 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     record.add(path.throughput * scattered.value * light.radiance * passed * (weight / by_light),
                first, path.depth + 1, scene.lights[light.light].group);
   }
-}
-
-void describe_first(const Trace& trace, const Interaction& at, const Closure& closure,
-                    const Ray& ray, SampleRecord& record) {
-  record.alpha = 1;
-  if (!trace.aovs) return;
-  const Color seen = albedo(closure);
-  // What only emits has its colour there, clipped: denoisers want an edge where the picture has
-  // one.
-  record.albedo = closure.count > 0 ? seen
-                                    : Color{std::min(closure.emission.r, 1.0F),
-                                            std::min(closure.emission.g, 1.0F),
-                                            std::min(closure.emission.b, 1.0F)};
-  record.normal = closure.shading.n;
-  record.z = trace.camera.depth(ray.direction, at.t);
-}
-
-/// Takes the step that was drawn. False if roulette ended the path.
-bool advance(PathState& path, const Interaction& at, const BsdfSample& drawn, float roulette) {
-  if (path.depth == 0) path.first_lobe = lobe_of(drawn);
-  path.throughput *= drawn.weight;
-  path.eta_squared *= drawn.eta * drawn.eta;
-  if (drawn.transmission) {
-    if (dot(drawn.wi, at.shading.normal) < 0) {
-      path.media.enter(at.material);
-    } else {
-      path.media.leave(at.material);
-    }
-  }
-  path.last_pdf = drawn.pdf;
-  path.last_lobe = drawn.kind;
-  path.last_specular = drawn.specular;
-  ++path.depth;
-  if (path.depth >= roulette_from) {
-    const float survival = std::min(1.0F, max_component(path.throughput) * path.eta_squared);
-    if (roulette >= survival) return false;
-    path.throughput *= 1 / survival;
-  }
-  path.ray = at.leave(drawn.wi, std::numeric_limits<float>::infinity(), path.ray);
-  return true;
 }
 
 }  // namespace

@@ -1,0 +1,118 @@
+#pragma once
+#include <algorithm>
+#include <limits>
+
+#include "worker/render/integrators/integrator.hpp"
+#include "worker/render/integrators/path_state.hpp"
+#include "worker/render/interaction.hpp"
+
+/// The steps that integrators are put together from.
+namespace tessera::render {
+
+/// From this depth on a path may be ended.
+inline constexpr int roulette_from = 2;
+/// A shadow ray ends this part of its length before the light.
+inline constexpr float shadow_margin = 0x1p-13F;
+
+/// Adds the light of the environment to a path that left the scene, times `weight`.
+inline void add_environment(const Trace& trace, const PathState& path, float weight,
+                            SampleRecord& record) {
+  const std::uint32_t light = trace.scene.lights.environment();
+  if (light == no_id) return;
+  const Light& environment = trace.scene.lights[light];
+  record.add(path.throughput * environment.radiance * weight, path.first_lobe, path.depth,
+             environment.group);
+}
+
+/// Adds what the surface that the path met emits, times `weight`.
+inline void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
+                         const Color& emission, float weight, SampleRecord& record) {
+  const std::uint16_t group =
+      at.light == no_id ? std::uint16_t{0} : trace.scene.lights[at.light].group;
+  record.add(path.throughput * emission * weight, path.first_lobe, path.depth, group);
+}
+
+/// What the camera's ray saw where it met nothing.
+inline void describe_nothing(const Trace& trace, SampleRecord& record) {
+  if (trace.scene.has_environment) record.alpha = 1;
+}
+
+/// What the camera's ray saw: alpha and, if they are wanted, the other channels.
+inline void describe_first(const Trace& trace, const Interaction& at, const Closure& closure,
+                           const Ray& ray, SampleRecord& record) {
+  record.alpha = 1;
+  if (!trace.aovs) return;
+  const Color seen = albedo(closure);
+  // What only emits has its colour there, clipped: denoisers want an edge where the picture has
+  // one.
+  record.albedo = closure.count > 0 ? seen
+                                    : Color{std::min(closure.emission.r, 1.0F),
+                                            std::min(closure.emission.g, 1.0F),
+                                            std::min(closure.emission.b, 1.0F)};
+  record.normal = closure.shading.n;
+  record.z = trace.camera.depth(ray.direction, at.t);
+}
+
+inline FirstLobe lobe_of(const BsdfSample& drawn) {
+  if (drawn.transmission) return FirstLobe::transmission;
+  return drawn.specular ? FirstLobe::specular : FirstLobe::diffuse;
+}
+
+/// Where light samples are taken from: the side of wo, unless light may come from both. That is
+/// also where the ray to the light starts, so that a light which scatters too finds its own points
+/// on the right side of itself.
+inline LightContext light_context(const Interaction& at, const Closure& closure,
+                                  const PathState& path) {
+  LightContext context;
+  context.p = at.p;
+  context.medium = path.media.innermost();
+  if ((closure.flags & lobe_flag::transmission) == 0) {
+    const Vec3& n = closure.shading.n;
+    context.n = dot(n, at.shading.wo) < 0 ? -n : n;
+    context.p = at.start(at.shading.wo);
+  }
+  return context;
+}
+
+/// Scatters the path as was drawn: all of the step but the ray.
+inline void scatter(PathState& path, const Interaction& at, const BsdfSample& drawn) {
+  if (path.depth == 0) path.first_lobe = lobe_of(drawn);
+  path.throughput *= drawn.weight;
+  path.eta_squared *= drawn.eta * drawn.eta;
+  if (drawn.transmission) {
+    if (dot(drawn.wi, at.shading.normal) < 0) {
+      path.media.enter(at.material);
+    } else {
+      path.media.leave(at.material);
+    }
+  }
+  path.last_pdf = drawn.pdf;
+  path.last_lobe = drawn.kind;
+  path.last_specular = drawn.specular;
+  ++path.depth;
+}
+
+/// Roulette on throughput·η²: false if it ends the path; who survives carries more for it.
+inline bool survives(PathState& path, float roulette) {
+  if (path.depth < roulette_from) return true;
+  const float survival = std::min(1.0F, max_component(path.throughput) * path.eta_squared);
+  if (roulette >= survival) return false;
+  path.throughput *= 1 / survival;
+  return true;
+}
+
+/// The ray of the step that was drawn.
+inline Ray ray_of(const PathState& path, const Interaction& at, const BsdfSample& drawn) {
+  return at.leave(drawn.wi, std::numeric_limits<float>::infinity(), path.ray);
+}
+
+/// Takes the step that was drawn. False if roulette ended the path.
+inline bool advance(PathState& path, const Interaction& at, const BsdfSample& drawn,
+                    float roulette) {
+  scatter(path, at, drawn);
+  if (!survives(path, roulette)) return false;
+  path.ray = ray_of(path, at, drawn);
+  return true;
+}
+
+}  // namespace tessera::render
