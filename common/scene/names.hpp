@@ -10,8 +10,10 @@
 /// adds its name here.
 namespace tessera::scene {
 
-inline constexpr std::array<std::string_view, 1> integrator_names{"path"};
-inline constexpr std::array<std::string_view, 2> sampler_names{"sobol_owen", "independent"};
+inline constexpr std::array<std::string_view, 4> integrator_names{
+    "path", "cosine", "hemisphere_lights", "hemisphere"};
+inline constexpr std::array<std::string_view, 6> sampler_names{
+    "sobol_owen", "sobol", "independent", "pcg", "xorshift", "mt19937"};
 inline constexpr std::array<std::string_view, 4> filter_names{"box", "tent", "gaussian",
                                                               "blackman_harris"};
 

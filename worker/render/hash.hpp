@@ -32,6 +32,10 @@ constexpr std::uint32_t pcg_hash(std::uint32_t x) {
 constexpr std::uint64_t frame_seed(std::uint64_t seed, std::int32_t frame) {
   return hash_combine(seed, static_cast<std::uint32_t>(frame));
 }
+/// What names one draw: the hash of (seed and pixel, set, index).
+constexpr std::uint64_t draw_key(std::uint64_t pixel_hash, std::uint32_t set, std::uint64_t index) {
+  return hash_combine(pixel_hash + set, index);
+}
 /// Uniform in [0, 1) from the upper 24 bits; never 1.
 constexpr float unit_float(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24F; }
 

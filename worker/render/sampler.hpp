@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "worker/render/hash.hpp"
-#include "worker/render/sampler_independent.hpp"
 #include "worker/render/sampler_sobol.hpp"
 #include "worker/render/vec.hpp"
 
@@ -62,13 +61,21 @@ class Draw4 {
 
 enum class SamplerKind : std::uint8_t {
   sobol_owen,   ///< Burley's shuffled, Owen-scrambled Sobol' sequence
+  sobol,        ///< the same, shifted instead of scrambled
   independent,  ///< a hash of its address: plain Monte Carlo, for comparison
+  pcg,          ///< plain Monte Carlo, by PCG32 seeded for each address
+  xorshift,     ///< the same by xorshift128
+  mt19937,      ///< the same by the Mersenne Twister
 };
 
 /// From a name of the table in sampler.cpp; throws Error{bad_input} that lists the valid names.
 SamplerKind sampler_kind(std::string_view name);
 /// The valid names, the default first.
 std::vector<std::string_view> sampler_names();
+
+/// Set `set` at `index` by any kind.
+std::array<std::uint32_t, 4> addressed_draw(SamplerKind kind, std::uint64_t pixel_hash,
+                                            std::uint32_t set, std::uint64_t index);
 
 /// The random numbers of one sample of one pixel. A number is a function of (kind, seed, pixel,
 /// sample, dimension) alone: it is the same whatever was drawn before, on whichever thread or
@@ -102,13 +109,9 @@ class Sampler {
 
  private:
   [[nodiscard]] Draw4 draw_at(std::uint32_t set, std::uint64_t index) const {
-    switch (kind_) {
-      case SamplerKind::independent:
-        return Draw4(independent_draw(pixel_hash_, set, index));
-      case SamplerKind::sobol_owen:
-        break;
-    }
-    return Draw4(sobol_owen_draw(pixel_hash_, set, index));
+    // The default's call stands in the loop of the integrators; the others share one.
+    if (kind_ == SamplerKind::sobol_owen) return Draw4(sobol_owen_draw(pixel_hash_, set, index));
+    return Draw4(addressed_draw(kind_, pixel_hash_, set, index));
   }
 
   std::uint64_t pixel_hash_;

@@ -97,6 +97,28 @@ Lanes load(const std::uint32_t (&point)[4]) {
   return Lanes{point[0], point[1], point[2], point[3]};
 }
 
+/// What a set's sequence is shuffled and scrambled by.
+std::uint64_t sequence_key(std::uint64_t pixel_hash, std::uint32_t set, std::uint64_t index) {
+  const std::uint64_t key = hash_combine(pixel_hash, set);
+  // The sequence has 2^32 points; what lies beyond starts another one.
+  return (index >> 32) == 0 ? key : hash_combine(key, index >> 32);
+}
+
+Lanes seeds_of(std::uint64_t key) {
+  const std::uint64_t a = mix64(key + 0x9e3779b97f4a7c15ULL);
+  const std::uint64_t b = mix64(key + 2 * 0x9e3779b97f4a7c15ULL);
+  return Lanes{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32),
+               static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
+}
+
+/// The point at the shuffled index, bit-reversed.
+Lanes shuffled_point(std::uint64_t key, std::uint64_t index) {
+  const std::uint32_t shuffled = scramble_reversed(reverse_bits(static_cast<std::uint32_t>(index)),
+                                                   static_cast<std::uint32_t>(key >> 32));
+  return load(tables.point[0][shuffled & 255]) ^ load(tables.point[1][(shuffled >> 8) & 255]) ^
+         load(tables.point[2][(shuffled >> 16) & 255]) ^ load(tables.point[3][shuffled >> 24]);
+}
+
 }  // namespace
 
 std::uint32_t sobol_plain(std::uint32_t index, std::uint32_t dimension) {
@@ -109,22 +131,16 @@ std::uint32_t sobol_plain(std::uint32_t index, std::uint32_t dimension) {
 
 std::array<std::uint32_t, 4> sobol_owen_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                              std::uint64_t index) {
-  std::uint64_t key = hash_combine(pixel_hash, set);
-  // The sequence has 2^32 points; what lies beyond starts another one.
-  if ((index >> 32) != 0) key = hash_combine(key, index >> 32);
-  const std::uint64_t seeds_a = mix64(key + 0x9e3779b97f4a7c15ULL);
-  const std::uint64_t seeds_b = mix64(key + 2 * 0x9e3779b97f4a7c15ULL);
-  const Lanes seeds = {
-      static_cast<std::uint32_t>(seeds_a), static_cast<std::uint32_t>(seeds_a >> 32),
-      static_cast<std::uint32_t>(seeds_b), static_cast<std::uint32_t>(seeds_b >> 32)};
-
-  const std::uint32_t shuffled = scramble_reversed(reverse_bits(static_cast<std::uint32_t>(index)),
-                                                   static_cast<std::uint32_t>(key >> 32));
-  const Lanes reversed =
-      load(tables.point[0][shuffled & 255]) ^ load(tables.point[1][(shuffled >> 8) & 255]) ^
-      load(tables.point[2][(shuffled >> 16) & 255]) ^ load(tables.point[3][shuffled >> 24]);
+  const std::uint64_t key = sequence_key(pixel_hash, set, index);
   return std::bit_cast<std::array<std::uint32_t, 4>>(
-      reverse_bits(scramble_reversed(reversed, seeds)));
+      reverse_bits(scramble_reversed(shuffled_point(key, index), seeds_of(key))));
+}
+
+std::array<std::uint32_t, 4> sobol_draw(std::uint64_t pixel_hash, std::uint32_t set,
+                                        std::uint64_t index) {
+  const std::uint64_t key = sequence_key(pixel_hash, set, index);
+  return std::bit_cast<std::array<std::uint32_t, 4>>(
+      reverse_bits(shuffled_point(key, index) ^ seeds_of(key)));
 }
 
 }  // namespace tessera::render

@@ -11,6 +11,25 @@ namespace tessera::render {
 std::array<std::uint32_t, 4> sobol_owen_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                              std::uint64_t index);
 
+/// The Sobol' sequence without scrambling: only shifted, bit by bit (exclusive or with one number
+/// for each dimension, the base-2 form of Cranley and Patterson's rotation; Kollig and Keller,
+/// "Efficient Multidimensional Sampling", 2002).
+///
+/// With neither, all pixels would take the same points: their errors would be alike, and show as
+/// structure in the picture instead of as noise; and each mean would be off by the same error,
+/// which no number of pixels averages out. The shift makes each pixel's estimate unbiased by
+/// itself. It also keeps all elementary intervals. What Owen's scrambling adds is chance within
+/// them: errors of smooth integrands fall with the power −3/2 of the number of samples, not with
+/// −1.
+///
+/// Each set uses the same four dimensions. In the same order they would be copies of each other,
+/// and a path whose second bounce repeats its first converges to a wrong mean; a shift of the index
+/// would not help, as the sequence is linear over bits. So each set goes through the sequence in an
+/// order of its own, shuffled by (pixel, set) as for sobol_owen_draw(), within every aligned run of
+/// 2^k.
+std::array<std::uint32_t, 4> sobol_draw(std::uint64_t pixel_hash, std::uint32_t set,
+                                        std::uint64_t index);
+
 /// Dimension 0 … 3 of the plain Sobol' sequence, as a fraction of 2^32: the definition, one bit at
 /// a time (slow; what the tables are made from and tested against). Directions of Joe and Kuo,
 /// 2008.

@@ -87,7 +87,7 @@ TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
   expect_refused([](JobOptions& o) { o.integrator = "paht"; }, "--integrator",
                  "did you mean \"path\"?");
   expect_refused([](JobOptions& o) { o.sampler = "halton"; }, "--sampler",
-                 "expected one of: sobol_owen, independent");
+                 "expected one of: sobol_owen, sobol, independent, pcg, xorshift, mt19937");
   expect_refused([](JobOptions& o) { o.samples = 1'000'000'000; }, "--samples",
                  "from 1 to 16777216, found 1000000000");
   expect_refused([](JobOptions& o) { o.samples = 0; }, "--samples", "found 0");

@@ -99,7 +99,7 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
   const Vec3 local_wo = closure.shading.to_local(wo);
   const LobeSample drawn = sample_lobe(lobe, local_wo, choice.u, u);
-  if (!(drawn.pdf > 0)) return {};
+  if (!(drawn.pdf > 0)) return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
 
   BsdfSample result{.wi = closure.shading.to_world(drawn.wi),
                     .weight = drawn.weight,
@@ -108,7 +108,9 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
                     .specular = !is_smooth(lobe),
                     .transmission = drawn.transmission,
                     .eta = drawn.eta};
-  if (!sides_agree(closure, wo, result.wi, drawn.transmission)) return {};
+  if (!sides_agree(closure, wo, result.wi, drawn.transmission)) {
+    return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
+  }
   if (closure.count > 1) {
     if (result.specular) {
       result.pdf *= choice.probability;

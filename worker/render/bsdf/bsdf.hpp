@@ -96,7 +96,7 @@ struct BsdfSample {
   Color weight;   ///< f·|cos θi| / pdf; black: nothing was sampled
   float pdf = 0;  ///< per solid angle, as pdf() gives it; if specular, the probability of this
                   ///< choice instead
-  LobeKind kind = LobeKind::diffuse;
+  LobeKind kind = LobeKind::diffuse;  ///< of the lobe that was chosen, even if it gave nothing
   bool specular = false;  ///< from a delta lobe: MIS must not weigh it against light sampling
   bool transmission = false;
   /// Refractive index where wi runs over that where wo runs; 1 if reflected. The weight of a

@@ -4,6 +4,9 @@
 
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
+#include "worker/render/integrators/cosine.hpp"
+#include "worker/render/integrators/hemisphere.hpp"
+#include "worker/render/integrators/hemisphere_lights.hpp"
 #include "worker/render/integrators/path.hpp"
 
 namespace tessera::render {
@@ -13,8 +16,12 @@ struct Entry {
   std::string_view name;
   Integrator function;
 };
+/// Every integrator there is. The next one: a file, a line here, its name in common/scene.
 constexpr std::array table{
     Entry{"path", path},
+    Entry{"cosine", cosine},
+    Entry{"hemisphere_lights", hemisphere_lights},
+    Entry{"hemisphere", hemisphere},
 };
 
 }  // namespace

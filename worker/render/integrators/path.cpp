@@ -57,10 +57,7 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     if (!light || is_black(light.radiance)) continue;
     const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
     if (is_black(scattered.value)) continue;
-    const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
-    if (!(length > 0)) continue;
-    ++trace.rays;
-    const Color passed = transmittance(scene, at.leave(light.wi, length, path.ray));
+    const Color passed = passed_from(trace, at, light, path.ray);
     if (is_black(passed)) continue;
     const float by_light = light.pdf * counted;
     const float weight = power_heuristic(by_light, scattered.pdf);

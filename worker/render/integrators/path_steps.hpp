@@ -74,6 +74,15 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
   return context;
 }
 
+/// The part of a light's sample that reaches `at`, per channel. Counts its shadow ray.
+inline Color passed_from(Trace& trace, const Interaction& at, const LightSample& light,
+                         const Ray& came) {
+  const float length = light.distance * (1 - shadow_margin) - trace.scene.light_errors[light.light];
+  if (!(length > 0)) return {};
+  ++trace.rays;
+  return transmittance(trace.scene, at.leave(light.wi, length, came));
+}
+
 /// Scatters the path as was drawn: all of the step but the ray.
 inline void scatter(PathState& path, const Interaction& at, const BsdfSample& drawn) {
   if (path.depth == 0) path.first_lobe = lobe_of(drawn);

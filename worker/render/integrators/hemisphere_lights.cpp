@@ -1,0 +1,52 @@
+#include "worker/render/integrators/hemisphere_lights.hpp"
+
+#include "worker/render/integrators/hemisphere_rules.hpp"
+#include "worker/render/lights/by_area.hpp"
+
+namespace tessera::render {
+namespace {
+
+/// One light, and a point on it. The pdf holds the choice.
+LightSample sample_lights_by_area(const LightTable& lights, const LightContext& context,
+                                  const Draw4& draw) {
+  const LightTable::Pick chosen = lights.pick(draw.bits(dim::light_pick));
+  if (!(chosen.pmf > 0)) return {};
+  LightSample light = sample_by_area(lights[chosen.light], context, draw.pair(dim::light));
+  light.pdf *= chosen.pmf;
+  light.light = chosen.light;
+  return light;
+}
+
+struct HemisphereLightsRules : HemisphereRules {
+  static void add_direct(Trace& trace, const Sampler& sampler, const PathState& path,
+                         const Interaction& at, SampleRecord& record) {
+    const LightTable& lights = trace.scene.lights;
+    const std::uint32_t set = dim::light_set(static_cast<std::uint32_t>(path.depth));
+    const auto count = static_cast<std::uint32_t>(trace.light_samples);
+    const FirstLobe first = path.depth == 0 ? FirstLobe::diffuse : path.first_lobe;
+    for (std::uint32_t j = 0; j < count; ++j) {
+      const Draw4 draw = sampler.draw4(set, j, count);
+      const LightSample light = sample_lights_by_area(lights, path.last_context, draw);
+      if (!light || is_black(light.radiance)) continue;
+      const Color scattered = eval(trace.closure, at.shading.wo, light.wi);
+      if (is_black(scattered)) continue;
+      const Color passed = passed_from(trace, at, light, path.ray);
+      if (is_black(passed)) continue;
+      const float weight = 1 / (light.pdf * static_cast<float>(count));
+      record.add(path.throughput * scattered * light.radiance * passed * weight, first,
+                 path.depth + 1, lights[light.light].group);
+    }
+  }
+  /// A light too weak beside the others to be ever chosen is left to scattered rays.
+  static bool counts(const Trace& trace, const PathState& path, std::uint32_t light) {
+    return path.last_specular || light == no_id || !(trace.scene.lights.pmf(light) > 0);
+  }
+};
+
+}  // namespace
+
+void hemisphere_lights(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
+  walk<HemisphereLightsRules>(trace, sampler, ray, record);
+}
+
+}  // namespace tessera::render

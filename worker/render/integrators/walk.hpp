@@ -1,0 +1,52 @@
+#pragma once
+#include "worker/render/integrators/path_steps.hpp"
+
+namespace tessera::render {
+
+/// The loop of the integrators that weigh no two strategies against each other. What differs
+/// between them is in Rules, all static:
+/// - BsdfSample draw(closure, wo, numbers): where a path goes on; `numbers` is the BSDF's set.
+/// - void add_direct(trace, sampler, path, at, record): light samples at a hit that has a lobe
+/// other
+///   than deltas, or nothing. path.last_context is the hit's.
+/// - bool counts(trace, path, light): whether emission that the path ran into is counted; `light`
+/// is
+///   which of the scene's lights it is.
+/// - bool roulette: whether paths of little throughput may be ended.
+/// Depths, channels and rays are counted as path() does.
+template <class Rules>
+void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
+  const Scene& scene = trace.scene;
+  Closure& closure = trace.closure;
+  PathState path;
+  path.ray = ray;
+  for (;;) {
+    ++trace.rays;
+    const accel::Hit hit = scene.intersect(path.ray);
+    if (!hit.any()) {
+      if (path.depth == 0) describe_nothing(trace, record);
+      if (Rules::counts(trace, path, scene.lights.environment())) {
+        add_environment(trace, path, 1, record);
+      }
+      return;
+    }
+    const Interaction at = surface_at(scene, path.ray, hit);
+    evaluate(scene.materials[at.material], at.shading, closure);
+    if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
+    if (!is_black(closure.emission) && Rules::counts(trace, path, at.light)) {
+      add_emission(trace, path, at, closure.emission, 1, record);
+    }
+    if (path.depth > trace.bounces || closure.count == 0) return;
+
+    path.last_context = light_context(at, closure, path);
+    if (closure.has_smooth) Rules::add_direct(trace, sampler, path, at, record);
+    const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
+    const BsdfSample drawn = Rules::draw(closure, at.shading.wo, draw);
+    if (!drawn) return;
+    scatter(path, at, drawn);
+    if (Rules::roulette && !survives(path, draw[dim::roulette])) return;
+    path.ray = ray_of(path, at, drawn);
+  }
+}
+
+}  // namespace tessera::render
