@@ -46,10 +46,11 @@ struct Dielectric {
   Color transmittance{1, 1, 1};  ///< multiplies what passes the interface, 0…1
   Color reflectance{1, 1, 1};    ///< multiplies what is reflected, 0…1
 };
-/// Emits and does not scatter.
+/// Emits, and may scatter as a diffuse surface besides.
 struct Emitter {
-  Color radiance{1, 1, 1};  ///< W·sr⁻¹·m⁻², ≥ 0
-  bool two_sided = false;   ///< else only on the side of the geometric normal
+  Color radiance{1, 1, 1};     ///< W·sr⁻¹·m⁻², ≥ 0
+  bool two_sided = false;      ///< else it emits only on the side of the geometric normal
+  Color reflectance{0, 0, 0};  ///< Lambertian, on both sides, 0…1
 };
 struct Material {
   std::string name;

@@ -32,6 +32,7 @@ Surface emitter(Fields& in) {
   Emitter out;
   out.radiance = in.required("radiance").color(radiance_most);
   out.two_sided = in.boolean_or("two_sided", out.two_sided);
+  out.reflectance = in.color_or("reflectance", 1, out.reflectance);
   return out;
 }
 

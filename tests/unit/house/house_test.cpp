@@ -55,7 +55,7 @@ const std::map<std::string, std::set<std::string>>& allowed() {
       {"client",
        {"common/base", "common/job", "common/image", "common/net", "common/assets",
         "common/scene"}},
-      {"scenes", {"common/base"}},
+      {"scenes", {"common/base", "common/image"}},
   };
   return table;
 }

@@ -55,6 +55,17 @@ TEST(Material, AnEmitterEmitsOnItsSides) {
   EXPECT_FALSE(compile({"wall", scene::Diffuse{}}).emits());
 }
 
+TEST(Material, AnEmitterMayScatterToo) {
+  const scene::Material both{"light", scene::Emitter{{3, 4, 5}, false, {0.2, 0.4, 0.6}}};
+  for (const float side : {1.0F, -1.0F}) {
+    const Closure closure = at(both, {0, 0, side});
+    ASSERT_EQ(closure.count, 1);
+    EXPECT_EQ(closure.lobes[0].kind, LobeKind::diffuse);
+    EXPECT_EQ(closure.lobes[0].weight, (Color{0.2F, 0.4F, 0.6F}));
+    EXPECT_EQ(closure.emission, side > 0 ? (Color{3, 4, 5}) : Color{});
+  }
+}
+
 TEST(Material, AClosureIsCleanFromHitToHit) {
   Closure closure;
   ShadingPoint point;

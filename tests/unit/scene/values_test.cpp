@@ -42,7 +42,7 @@ TEST(Scene, materials_keep_their_order_and_all_their_values) {
     "z": {"type": "diffuse", "reflectance": [0.1, 0.2, 0.3]},
     "a": {"type": "mirror", "reflectance": 0.5},
     "m": {"type": "dielectric", "ior": 1.33, "transmittance": [1, 0.5, 0.25], "reflectance": 0},
-    "e": {"type": "emitter", "radiance": [1, 2, 3], "two_sided": true}},)"));
+    "e": {"type": "emitter", "radiance": [1, 2, 3], "two_sided": true, "reflectance": 0.75}},)"));
   ASSERT_EQ(scene.materials.size(), 4U);
   EXPECT_EQ(scene.materials[0].name, "z");
   EXPECT_EQ(std::get<Diffuse>(scene.materials[0].surface).reflectance, (Color{0.1, 0.2, 0.3}));
@@ -53,6 +53,7 @@ TEST(Scene, materials_keep_their_order_and_all_their_values) {
   EXPECT_EQ(glass.reflectance, (Color{0, 0, 0}));
   EXPECT_EQ(std::get<Emitter>(scene.materials[3].surface).radiance, (Color{1, 2, 3}));
   EXPECT_TRUE(std::get<Emitter>(scene.materials[3].surface).two_sided);
+  EXPECT_EQ(std::get<Emitter>(scene.materials[3].surface).reflectance, (Color{0.75, 0.75, 0.75}));
 }
 
 TEST(Scene, shapes_name_their_material_and_have_all_their_values) {

@@ -37,6 +37,9 @@ void compile_emitter(const scene::Material& source, CompiledMaterial& out) {
   append(out,
          {.code = emitter.two_sided ? Instruction::Code::emit_two_sided : Instruction::Code::emit,
           .radiance = out.radiance});
+  const Color reflectance = to_color(emitter.reflectance);
+  if (!is_black(reflectance))
+    append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = reflectance}});
 }
 
 struct Entry {
