@@ -58,9 +58,8 @@ FrameProblem problem_of(FrameReader& reader, std::span<const std::byte> bytes) {
 }
 
 Bytes text_bytes(std::string_view text) {
-  Bytes bytes(text.size());
-  std::memcpy(bytes.data(), text.data(), text.size());
-  return bytes;
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
 }
 
 /// A frame as the table of the README has it, written independently of the encoder.
