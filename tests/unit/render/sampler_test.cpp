@@ -69,12 +69,13 @@ void expect_elementary_intervals(const std::vector<Point>& points, int k, std::u
 
 TEST(Sampler, EveryAlignedPassOfEverySetHasItsElementaryIntervals) {
   constexpr std::uint64_t total = 256;
-  for (std::uint32_t set = 0; set < dim::bsdf_set(4); ++set) {
-    for (int k = 0; k <= 8; ++k) {
-      const std::uint64_t size = std::uint64_t{1} << k;
-      for (std::uint64_t first = 0; first < total; first += size) {
-        expect_elementary_intervals(points_of(SamplerKind::sobol_owen, 5, 9, set, first, size), k,
-                                    set);
+  for (const SamplerKind kind : {SamplerKind::sobol_owen, SamplerKind::sobol}) {
+    for (std::uint32_t set = 0; set < dim::bsdf_set(4); ++set) {
+      for (int k = 0; k <= 8; ++k) {
+        const std::uint64_t size = std::uint64_t{1} << k;
+        for (std::uint64_t first = 0; first < total; first += size) {
+          expect_elementary_intervals(points_of(kind, 5, 9, set, first, size), k, set);
+        }
       }
     }
   }
@@ -87,12 +88,12 @@ TEST(Sampler, IndependentNumbersHaveNoElementaryIntervals) {
 }
 
 TEST(Sampler, ALaterPassHasItsElementaryIntervalsToo) {
-  for (const std::uint32_t set : {dim::film_set, dim::bsdf_set(0), dim::light_set(3)}) {
-    expect_elementary_intervals(points_of(SamplerKind::sobol_owen, 0, 0, set, 3 * 1024, 1024), 10,
-                                set);
-    // Across the end of the sequence's 2^32 points another begins, as even as it.
-    expect_elementary_intervals(points_of(SamplerKind::sobol_owen, 0, 0, set, 5ULL << 32, 256), 8,
-                                set);
+  for (const SamplerKind kind : {SamplerKind::sobol_owen, SamplerKind::sobol}) {
+    for (const std::uint32_t set : {dim::film_set, dim::bsdf_set(0), dim::light_set(3)}) {
+      expect_elementary_intervals(points_of(kind, 0, 0, set, 3 * 1024, 1024), 10, set);
+      // Across the end of the sequence's 2^32 points another begins, as even as it.
+      expect_elementary_intervals(points_of(kind, 0, 0, set, 5ULL << 32, 256), 8, set);
+    }
   }
 }
 
