@@ -21,8 +21,11 @@ using AttributeValue = std::variant<std::string, std::int32_t, float, double, Ma
 /// What a picture's header says of how it was made: named values in the order in which they were
 /// first set. Equal metadata gives equal bytes. Which values are usual: tessera.scene (the bundle's
 /// digest), tessera.camera, tessera.frame, tessera.seed, tessera.samples, tessera.integrator,
-/// tessera.sampler, tessera.filter, tessera.bounces, tessera.build, tessera.render_seconds, and of
-/// OpenEXR's own: software, comments, owner, capDate, utcOffset, worldToCamera, worldToNDC.
+/// tessera.light_samples, tessera.sampler, tessera.filter, tessera.bounces, tessera.build,
+/// tessera.render_seconds (wall clock, from the job's first lease to its last fold),
+/// tessera.cpu_seconds (CPU time of the threads that rendered, summed over all of the job's
+/// results: what the samples cost, whoever else used the machines), and of OpenEXR's own: software,
+/// comments, owner, capDate, utcOffset, worldToCamera, worldToNDC.
 class Metadata {
  public:
   struct Attribute {
@@ -47,7 +50,7 @@ class Metadata {
 };
 
 /// All that the job says of one of its frames, and `software`. The caller adds what it knows
-/// besides: tessera.build, tessera.render_seconds, capDate.
+/// besides: tessera.build, tessera.render_seconds, tessera.cpu_seconds, capDate.
 Metadata metadata_of(const JobSpec& job, std::int32_t frame);
 
 /// capDate ("YYYY:MM:DD hh:mm:ss", in UTC) and utcOffset 0.

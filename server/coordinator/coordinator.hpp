@@ -42,6 +42,7 @@ struct JobStatus {
   UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
   double progress = 0;                                ///< 0…1, by samples
   double render_seconds = 0;  ///< from the first lease to now if any is out, else to the last fold
+  double cpu_seconds = 0;     ///< of the threads that rendered, over all workers and results
   std::int64_t rays = 0;
   std::int64_t rejected_samples = 0;  ///< NaN or Inf, counted as black
   struct Share {

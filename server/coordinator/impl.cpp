@@ -122,7 +122,7 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   Actions actions = scheduler_.add_job(record.id, job.plan, now());
   std::map<std::int32_t, FrameFilm*> films;
   store_->results_of(record.id, [&](const IndexedResult& result) {
-    job.count(result.worker_name, result.samples, result.rays, result.rejected,
+    job.count(result.worker_name, result.samples, result.rays, result.rejected, result.cpu_seconds,
               result.worker_build);
     scheduler_.restore_closed(record.id, result.task);
     if (job.files.contains(result.task.frame)) return;

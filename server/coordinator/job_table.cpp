@@ -37,6 +37,7 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
   }
   // Counted anew from the results that are read back.
   record.rays = 0;
+  record.cpu_seconds = 0;
   record.rejected_samples = 0;
   record.shares.clear();
   if (record.started == 0) return;
@@ -45,9 +46,10 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
 }
 
 void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
-                std::int64_t rejected, const Digest& worker_build) {
+                std::int64_t rejected, double cpu_seconds, const Digest& worker_build) {
   shares[worker] += samples;
   record.rays += rays;
+  record.cpu_seconds += cpu_seconds;
   record.rejected_samples += rejected;
   if (!build) build = worker_build;
 }
@@ -113,6 +115,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
                                                   static_cast<double>(status.view.samples)
                                             : 0;
   status.render_seconds = render_seconds(now, view && view->leased > 0);
+  status.cpu_seconds = record.cpu_seconds;
   status.rays = record.rays;
   status.rejected_samples = record.rejected_samples;
   for (const JobRecord::Share& share : shares_by_size())

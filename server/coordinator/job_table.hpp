@@ -31,7 +31,7 @@ struct Job {
 
   /// A result has become durable, or is read back after a start.
   void count(const std::string& worker, std::int64_t samples, std::int64_t rays,
-             std::int64_t rejected, const Digest& worker_build);
+             std::int64_t rejected, double cpu_seconds, const Digest& worker_build);
   /// From the first lease to now while anything is `leased`, else to the last fold. A time for
   /// which the coordinator was down in between counts.
   [[nodiscard]] double render_seconds(Instant now, bool leased) const;

@@ -115,7 +115,9 @@ image::Metadata CoordinatorImpl::metadata_for(const Job& job, std::int32_t frame
   image::Metadata metadata = image::metadata_of(job.plan->spec, frame);
   metadata.set("tessera.build", std::string(build_commit()));
   if (job.build) metadata.set("tessera.worker_build", job.build->hex());
-  metadata.set("tessera.render_seconds", status_of(job).render_seconds);
+  const JobStatus status = status_of(job);
+  metadata.set("tessera.render_seconds", status.render_seconds);
+  metadata.set("tessera.cpu_seconds", status.cpu_seconds);
   image::set_date(metadata, unix_millis_now());
   return metadata;
 }

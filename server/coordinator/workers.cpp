@@ -155,7 +155,8 @@ void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
       late.insert(info.job);
       continue;
     }
-    job->count(result.worker_name, info.samples, info.rays, info.rejected, result.worker_build);
+    job->count(result.worker_name, info.samples, info.rays, info.rejected, info.cpu_seconds,
+               result.worker_build);
     films_.durable(info.job, job->plan, info.task, result.place, std::move(result.decoded));
   }
   results.clear();

@@ -61,6 +61,7 @@ Json job_object(const JobStatus& status) {
   job["finished"] = time_or_null(status.finished);
   job["eta_seconds"] = view.eta_seconds ? Json(*view.eta_seconds) : Json();
   job["render_seconds"] = status.render_seconds;
+  job["cpu_seconds"] = status.cpu_seconds;
   job["rays"] = status.rays;
   job["rejected_samples"] = status.rejected_samples;
   job["shares"] = shares_array(status);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view job_columns =
     "id, spec, state, priority, created, started, finished, error, render_seconds, rays, "
-    "rejected_samples, shares";
+    "rejected_samples, shares, cpu_seconds";
 
 Database opened(const std::filesystem::path& file, bool durable) {
   Database database(file, Database::Mode::read_write);
@@ -41,6 +41,7 @@ JobRecord job_from(const Statement& row, const std::filesystem::path& name) {
   for (const Json& share : parse_json(row.text(column++), name.string())) {
     job.shares.push_back({share.at(0).get<std::string>(), share.at(1).get<std::int64_t>()});
   }
+  job.cpu_seconds = row.number(column++);
   return job;
 }
 
@@ -57,7 +58,7 @@ Index::Index(const std::filesystem::path& file, bool durable)
     : writer_(opened(file, durable)),
       reader_(Database(file, Database::Mode::read_only)),
       add_result_(writer_.prepare("INSERT OR REPLACE INTO results VALUES(?1, ?2, ?3, ?4, ?5, ?6, "
-                                  "?7, ?8, ?9, ?10, ?11, ?12)")),
+                                  "?7, ?8, ?9, ?10, ?11, ?12, ?13)")),
       add_segment_(writer_.prepare("INSERT INTO segments VALUES(?1, ?2, ?3) ON CONFLICT DO UPDATE "
                                    "SET ends = max(ends, ?3)")),
       add_worker_(writer_.prepare("INSERT INTO workers(identity, name, build) VALUES(?1, ?2, ?3)")),
@@ -84,10 +85,10 @@ JobId Index::put_job(const JobRecord& record) {
   Statement insert = writer_.prepare(
       "INSERT INTO jobs(spec, state, priority, created, started, finished, error, render_seconds, "
       "rays, rejected_samples, "
-      "shares) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)");
+      "shares, cpu_seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
   insert.run(to_json(record.spec).dump(), record.state, record.priority, record.created,
              record.started, record.finished, record.error, record.render_seconds, record.rays,
-             record.rejected_samples, shares_text(record));
+             record.rejected_samples, shares_text(record), record.cpu_seconds);
   return static_cast<JobId>(writer_.last_row());
 }
 
@@ -95,11 +96,12 @@ void Index::update_job(const JobRecord& record) {
   Statement update = writer_.prepare(
       "UPDATE jobs SET state = ?2, priority = ?3, created = ?4, started = ?5, finished = ?6, error "
       "= ?7, render_seconds = ?8, "
-      "rays = ?9, rejected_samples = ?10, shares = ?11 WHERE id = ?1 RETURNING id");
+      "rays = ?9, rejected_samples = ?10, shares = ?11, cpu_seconds = ?12 WHERE id = ?1 RETURNING "
+      "id");
   const bool found =
       update.run(record.id, record.state, record.priority, record.created, record.started,
                  record.finished, record.error, record.render_seconds, record.rays,
-                 record.rejected_samples, shares_text(record));
+                 record.rejected_samples, shares_text(record), record.cpu_seconds);
   if (!found) throw Error(ErrorKind::not_found, fmt::format("there is no job {}", record.id));
   update.step();  // to its end: only then is it committed
 }
@@ -139,7 +141,7 @@ void Index::add_results(std::span<const NewResult> batch, std::span<const Result
       const ResultPlace& place = places[i];
       add_result_.run(info.job, info.task.frame, info.task.tile, info.task.pass, place.segment,
                       place.offset, place.length, worker_row(batch[i]), info.samples, info.rays,
-                      info.rejected, info.seconds);
+                      info.rejected, info.seconds, info.cpu_seconds);
       std::uint64_t& end = ends[{place.segment, info.job}];
       end = std::max(end, place.offset + place.length);
     }
@@ -155,8 +157,9 @@ void Index::results_of(JobId job, std::optional<std::int32_t> frame,
                        const std::function<void(const IndexedResult&)>& visit) const {
   const std::lock_guard lock(reading_);
   const std::string sql = fmt::format(
-      "SELECT frame, tile, pass, segment, offset, length, samples, rays, rejected, seconds, worker "
-      "FROM results "
+      "SELECT frame, tile, pass, segment, offset, length, samples, rays, rejected, seconds, "
+      "worker, "
+      "cpu_seconds FROM results "
       "WHERE job = ?1 {} ORDER BY frame, tile, pass",
       frame ? "AND frame = ?2" : "");
   struct Worker {
@@ -184,6 +187,7 @@ void Index::results_of(JobId job, std::optional<std::int32_t> frame,
     result.rays = rows.integer(7);
     result.rejected = rows.integer(8);
     result.seconds = rows.number(9);
+    result.cpu_seconds = rows.number(11);
     result.identity = worker->second.identity;
     result.worker_name = worker->second.name;
     result.worker_build = worker->second.build;

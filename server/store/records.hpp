@@ -59,6 +59,7 @@ struct IndexedResult {
   std::int64_t rays = 0;
   std::int64_t rejected = 0;
   double seconds = 0;
+  double cpu_seconds = 0;
   std::string identity;
   std::string worker_name;
   Digest worker_build;
@@ -74,6 +75,7 @@ struct JobRecord {
   UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
   std::string error;
   double render_seconds = 0;
+  double cpu_seconds = 0;
   std::int64_t rays = 0;
   std::int64_t rejected_samples = 0;
   struct Share {

@@ -11,7 +11,7 @@ constexpr int application_id = 0x54535241;  // "TSRA"
 
 // Step i brings version i to version i + 1. What has been released is never changed: a new version
 // is a new step.
-constexpr std::array<const char*, 1> steps{R"sql(
+constexpr std::array<const char*, 2> steps{R"sql(
   CREATE TABLE meta(key TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
   INSERT INTO meta VALUES('epoch', 0);
 
@@ -44,6 +44,11 @@ constexpr std::array<const char*, 1> steps{R"sql(
   CREATE TABLE segments(
     segment INTEGER NOT NULL, job INTEGER NOT NULL, ends INTEGER NOT NULL,
     PRIMARY KEY(segment, job)) WITHOUT ROWID;
+)sql",
+                                           R"sql(
+  -- CPU time of the threads that rendered.
+  ALTER TABLE jobs ADD COLUMN cpu_seconds REAL NOT NULL DEFAULT 0;
+  ALTER TABLE results ADD COLUMN cpu_seconds REAL NOT NULL DEFAULT 0;
 )sql"};
 
 }  // namespace

@@ -72,12 +72,14 @@ TEST(Job, WhatWasCountedBeforeARestartIsCountedFromItsResultsAlone) {
   paused.state = "paused";
   paused.rays = 1000;
   paused.rejected_samples = 7;
+  paused.cpu_seconds = 2.5;
   paused.shares = {{"a", 10}};
   Job job(paused, at(0), 0);
-  job.count("a", 10, 1000, 7, Digest());
+  job.count("a", 10, 1000, 7, 2.5, Digest());
   const JobStatus status = job.status(std::nullopt, at(1));
   EXPECT_EQ(status.rays, 1000);
   EXPECT_EQ(status.rejected_samples, 7);
+  EXPECT_EQ(status.cpu_seconds, 2.5);
   ASSERT_EQ(status.shares.size(), 1U);
   EXPECT_EQ(status.shares[0].samples, 10);
 }
@@ -94,15 +96,16 @@ TEST(Job, SharesAreCountedByWorkerMostFirst) {
   Job job(record(), at(0), 0);
   Digest build;
   build.bytes[0] = 9;
-  job.count("b", 10, 100, 1, build);
-  job.count("a", 10, 50, 0, Digest());
-  job.count("c", 30, 7, 2, build);
+  job.count("b", 10, 100, 1, 0.5, build);
+  job.count("a", 10, 50, 0, 0.25, Digest());
+  job.count("c", 30, 7, 2, 2, build);
   const JobStatus status = job.status(std::nullopt, at(1));
   ASSERT_EQ(status.shares.size(), 3U);
   EXPECT_EQ(status.shares[0].worker, "c");
   EXPECT_EQ(status.shares[1].worker, "a");
   EXPECT_EQ(status.rays, 157);
   EXPECT_EQ(status.rejected_samples, 3);
+  EXPECT_EQ(status.cpu_seconds, 2.75);
   EXPECT_EQ(status.view.build, build) << "of the first result";
   // What the store keeps gives the same shares back.
   const Job again(job.end_record("cancelled", "", at(2), 1), at(3), 2);

@@ -56,6 +56,7 @@ TEST(Farm, JobEndsInAFileWithTheBitsOfAStraightFold) {
   EXPECT_EQ(file.metadata.text("tessera.samples"), "20");
   EXPECT_NE(file.metadata.text("tessera.build"), "");
   EXPECT_NE(file.metadata.text("tessera.render_seconds"), "");
+  EXPECT_NE(file.metadata.text("tessera.cpu_seconds"), "");
 }
 
 TEST(Farm, OrderOfArrivalDoesNotChangeTheBits) {

@@ -37,6 +37,7 @@ TEST_F(StoreTest, KeepsJobsWithAllTheirFields) {
     record.finished = 6;
     record.error = "the scene has no camera \"main\"\n";
     record.render_seconds = 1.5;
+    record.cpu_seconds = 2.75;
     record.rays = 1'000'000'000'000;
     record.rejected_samples = 3;
     record.shares = {{"näme with \"quotes\"", 10}, {"b", 4}};
@@ -54,6 +55,7 @@ TEST_F(StoreTest, KeepsJobsWithAllTheirFields) {
   EXPECT_EQ(jobs[1].finished, 6);
   EXPECT_EQ(jobs[1].error, record.error);
   EXPECT_EQ(jobs[1].render_seconds, 1.5);
+  EXPECT_EQ(jobs[1].cpu_seconds, 2.75);
   EXPECT_EQ(jobs[1].rays, record.rays);
   EXPECT_EQ(jobs[1].rejected_samples, 3);
   EXPECT_EQ(jobs[1].shares, record.shares);
@@ -88,6 +90,7 @@ TEST_F(StoreTest, ResultsComeBackInTaskOrderAfterAReopen) {
     EXPECT_EQ(result.rays, 123456789012);
     EXPECT_EQ(result.rejected, 2);
     EXPECT_EQ(result.seconds, 0.125);
+    EXPECT_EQ(result.cpu_seconds, 0.25);
   }
   EXPECT_EQ(tasks, (std::vector<TaskId>{{-1, 5, 0}, {1, 0, 0}, {1, 0, 1}, {1, 1, 0}, {2, 0, 0}}));
   expect_readable(*store, job, 5);
