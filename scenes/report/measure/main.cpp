@@ -28,6 +28,17 @@ std::string settings_of(const Cell& cell) {
 constexpr const char* settings_head =
     "#integrator\tsampler\tlight_samples\tbounces\tsamples\tpictures";
 
+void print_pictures(const std::vector<Picture>& pictures) {
+  fmt::print("{}\tcpu_seconds\tmean\tsample_variance\tfile\n", settings_head);
+  for (const Picture& picture : pictures) {
+    const Cell alone{{&picture}};
+    double mean = 0;
+    for (const Mean& color : means_of(alone)) mean += color.value / 3;
+    fmt::print("{}\t{:.6g}\t{:.7g}\t{:.6g}\t{}\n", settings_of(alone), picture.cpu_seconds, mean,
+               picture.variance, picture.name);
+  }
+}
+
 void print_errors(const std::vector<Picture>& pictures, const std::vector<Picture>& references) {
   const Picture reference = mean_picture(references);
   fmt::print("{}\tcpu_seconds\tmse\tmse_error\trelmse\trelmse_trimmed\tsamples_mse\n",
@@ -87,6 +98,9 @@ int run(int argc, char** argv) {
         ->check(CLI::ExistingFile)
         ->allow_extra_args(false);
   };
+  CLI::App* each =
+      app.add_subcommand("pictures", "Mean and variance of a sample, a line per picture");
+  each->add_option("pictures", files, "EXR files")->required()->check(CLI::ExistingFile);
   CLI::App* errors =
       app.add_subcommand("errors", "Distance from the reference, a line per setting");
   common(errors);
@@ -101,6 +115,10 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   const std::vector<Picture> pictures = read(files);
+  if (*each) {
+    print_pictures(pictures);
+    return 0;
+  }
   const std::vector<Picture> truth = read(references);
   if (*errors) {
     print_errors(pictures, truth);

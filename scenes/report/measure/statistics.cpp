@@ -92,6 +92,10 @@ Picture picture_from(const image::ExrImage& exr, const std::string& name) {
   for (std::size_t c = 0; c < 3; ++c) {
     const auto plane = exr.plane(channels[c]);
     picture.rgb[c].assign(plane.begin(), plane.end());
+    const auto of_mean = exr.plane(std::string("variance.") + channels[c]);
+    picture.variance += std::accumulate(of_mean.begin(), of_mean.end(), 0.0) /
+                        static_cast<double>(3 * of_mean.size()) *
+                        static_cast<double>(picture.samples);
   }
   return picture;
 }

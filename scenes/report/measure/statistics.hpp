@@ -17,6 +17,7 @@ struct Picture {
   std::int64_t light_samples = 0;
   std::int64_t bounces = 0;
   double cpu_seconds = 0;  ///< of rendering, all workers'; 0 if the header does not say
+  double variance = 0;  ///< of one sample, by the picture's own word; mean over pixels and colours
   int width = 0, height = 0;
   std::array<std::vector<float>, 3> rgb;  ///< row by row from the upper left
 };

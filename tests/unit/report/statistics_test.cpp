@@ -25,6 +25,49 @@ Picture flat(float value, std::int64_t samples = 16, int width = 40, int height 
   return picture;
 }
 
+TEST(Picture, takes_its_settings_from_the_header_and_the_variance_of_one_sample_from_the_channels) {
+  image::FrameImage frame;
+  frame.width = 2;
+  frame.height = 1;
+  frame.samples = {5, 5};
+  frame.values.assign(2 * image::channel_count, 0.0F);
+  frame.plane(image::G)[1] = 0.5F;
+  frame.plane(image::M2_G)[1] = 12;  // (n − 1) times the variance of a sample
+  image::Metadata metadata;
+  metadata.set("tessera.integrator", "cosine");
+  metadata.set("tessera.sampler", "pcg");
+  metadata.set("tessera.samples", 5);
+  metadata.set("tessera.light_samples", 2);
+  metadata.set("tessera.bounces", 3);
+  metadata.set("tessera.cpu_seconds", 1.5);
+  const Picture picture =
+      picture_from(image::read_exr(image::encode_exr(frame, metadata)), "p.exr");
+  EXPECT_EQ(picture.integrator, "cosine");
+  EXPECT_EQ(picture.sampler, "pcg");
+  EXPECT_EQ(picture.samples, 5);
+  EXPECT_EQ(picture.light_samples, 2);
+  EXPECT_EQ(picture.bounces, 3);
+  EXPECT_EQ(picture.cpu_seconds, 1.5);
+  EXPECT_EQ(picture.rgb[1][1], 0.5F);
+  EXPECT_NEAR(picture.variance, 12.0 / 4 / 6, 1e-6);  // one of six values
+}
+
+TEST(Picture, that_is_none_of_ours_is_refused_by_name) {
+  image::FrameImage frame;
+  frame.width = frame.height = 1;
+  frame.samples = {1};
+  frame.values.assign(image::channel_count, 0.0F);
+  try {
+    picture_from(image::read_exr(image::encode_exr(frame, {})), "other.exr");
+    FAIL() << "it was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_STREQ(
+        error.what(),
+        "other.exr: the header has no tessera.integrator: is this a picture of Tessera's?");
+  }
+}
+
 TEST(Cells, hold_the_pictures_that_differ_in_nothing_that_the_header_names) {
   std::vector<Picture> pictures{flat(1, 16), flat(2, 4), flat(3, 16), flat(4, 4), flat(5, 4)};
   pictures[4].light_samples = 2;
