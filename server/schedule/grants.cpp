@@ -58,10 +58,13 @@ JobEntry* Scheduler::State::pick(const WorkerEntry& worker) {
 
 void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone,
                              Instant now, Actions& actions) {
-  assert(!job.leased.contains(task) && job.tasks.state(task) == TaskTable::State::taken);
+  assert(job.tasks.state(task) == TaskTable::State::taken);
+  const bool copy = job.out.contains(task);
   const LeaseId lease = numbers.next(worker.info.identity, job.id, task);
   const std::int64_t samples = job.tasks.samples(task);
-  WorkerEntry::Part& part = worker.parts[job.id];
+  const auto [place, fresh] = worker.parts.try_emplace(job.id);
+  WorkerEntry::Part& part = place->second;
+  if (fresh) part.begun = now;
   if (worker.leases.empty()) {
     worker.advanced = now;
     worker.busy_since = now;
@@ -69,8 +72,14 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples, 0});
   worker.alone = alone;
   part.samples_held += samples;
-  job.leased.emplace(task, Holder{worker.id, lease});
-  job.served += job.cost(samples);
+  job.out.add(task, Holder{worker.id, lease});
+  if (const double speed = part.speed.rate(); speed > 0 && !copy) {
+    const double held = static_cast<double>(part.samples_held) / speed;
+    job.out.expect(task, now + std::chrono::duration_cast<Duration>(
+                                   std::chrono::duration<double>(std::min(held, 1e9))));
+  }
+  if (!copy) job.served += job.cost(samples);  // no other job had work for who would have idled
+  idlers.erase(worker.id);
   if (!job.build) job.build = worker.info.build_id;
   if (!job.granted) job.progress_mark = now;
   job.granted = true;
@@ -131,7 +140,13 @@ bool Scheduler::State::grant_one(WorkerEntry& worker, Instant now, Actions& acti
 void Scheduler::State::fill(WorkerEntry& worker, Instant now, Actions& actions) {
   while (worker.has_room(settings) && grant_one(worker, now, actions)) {
   }
+  grant_copy(worker, now, actions);
   auto& same_build = hungry[worker.info.build_id];
+  if (worker.has_room(settings) && worker.leases.empty()) {
+    idlers.insert(worker.id);
+  } else {
+    idlers.erase(worker.id);
+  }
   if (worker.has_room(settings)) {
     same_build.insert(worker.id);
   } else {
@@ -187,6 +202,7 @@ void Scheduler::State::settle(Instant now, Actions& actions) {
     }
     if (std::exchange(work_appeared, false)) serve_hungry(now, actions);
   }
+  plan_tail_look(now);
 }
 
 }  // namespace tessera::server

@@ -11,15 +11,10 @@
 #include "server/schedule/blame.hpp"
 #include "server/schedule/meter.hpp"
 #include "server/schedule/task_table.hpp"
+#include "server/schedule/tasks_out.hpp"
 #include "server/schedule/views.hpp"
 
 namespace tessera::server {
-
-/// Which lease a task is out under.
-struct Holder {
-  WorkerId worker = 0;
-  LeaseId lease;
-};
 
 /// A job as the scheduler knows it.
 struct JobEntry {
@@ -37,8 +32,8 @@ struct JobEntry {
   bool granted = false;         // a lease, ever
   std::string error;
 
-  // Looked up, never walked through: their order is not determined.
-  std::unordered_map<TaskId, Holder> leased;
+  TasksOut out;  // what is leased
+  // Looked up, never walked through: its order is not determined.
   std::unordered_map<TaskId, LeaseId> journaling;
 
   std::set<std::string> unable;  // identities that could not prepare it and are not asked again
@@ -46,10 +41,11 @@ struct JobEntry {
   int unable_times = 0;
   std::string unable_reason;  // the last
 
-  double served = 0;        // thread-seconds granted, by estimate: the share that fairness compares
-  Meter pace;               // samples a thread-second
-  Meter progress;           // samples a second, all workers
-  Instant progress_mark{};  // up to where `progress` has been told
+  double served = 0;  // thread-seconds granted, by estimate: the share that fairness compares
+  Meter pace;         // samples a thread-second
+  double preparation_seconds = 0;  // from a worker's first lease to its ready, smoothed
+  Meter progress;                  // samples a second, all workers
+  Instant progress_mark{};         // up to where `progress` has been told
 
   [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
   /// Not ended: results are taken.
@@ -60,6 +56,11 @@ struct JobEntry {
   }
   [[nodiscard]] bool takes(const Digest& worker_build) const {
     return plan().spec.mixed || !build || *build == worker_build;
+  }
+  /// A worker was ready so long after its first lease.
+  void prepared_in(double took) {
+    preparation_seconds =
+        preparation_seconds == 0 ? took : 0.75 * preparation_seconds + 0.25 * took;
   }
   /// What a task costs in thread-seconds; next to nothing while that is not known.
   [[nodiscard]] double cost(std::int64_t samples) const {

@@ -51,7 +51,7 @@ void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::
     }
     if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));
   }
-  job.leased.clear();
+  job.out.clear();
   job.journaling.clear();
 }
 

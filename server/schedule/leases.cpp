@@ -13,17 +13,18 @@ HeldLease Scheduler::State::end_lease(WorkerEntry& worker, std::uint64_t number)
     part->second.samples_held -= held.samples;
   if (worker.leases.empty()) worker.alone = false;
   if (JobEntry* entry = job(held.job)) {
-    const auto holder = entry->leased.find(held.task);
-    if (holder != entry->leased.end() && holder->second.lease == held.id)
-      entry->leased.erase(holder);
+    entry->out.remove(held.task, held.id);
   }
   touched.insert(worker.id);
   return held;
 }
 
+bool Scheduler::State::is_awaited(const JobEntry& job, const TaskId& task) const {
+  return job.tasks.state(task) == TaskTable::State::taken && !job.journaling.contains(task);
+}
+
 bool Scheduler::State::is_aside(const JobEntry& job, const TaskId& task) const {
-  return job.tasks.state(task) == TaskTable::State::taken && !job.leased.contains(task) &&
-         !job.journaling.contains(task);
+  return is_awaited(job, task) && !job.out.contains(task);
 }
 
 void Scheduler::State::put_back(JobEntry& job, const TaskId& task) {
@@ -35,7 +36,7 @@ void Scheduler::State::put_back(JobEntry& job, const TaskId& task) {
     work_appeared = true;
   }
   // Nothing is out and nothing has come in: the next worker decides the build anew.
-  if (job.leased.empty() && job.journaling.empty() && job.tasks.closed() == 0) job.build.reset();
+  if (job.out.empty() && job.journaling.empty() && job.tasks.closed() == 0) job.build.reset();
 }
 
 void Scheduler::State::set_aside(JobEntry& job, const TaskId& task) {
@@ -78,7 +79,7 @@ void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& a
     const bool ran = ready && (place < std::max(1, worker.info.threads) || held.fraction > 0);
     JobEntry* entry = live_job(held.job);
     if (entry == nullptr) continue;
-    if (blame && ran && is_aside(*entry, held.task)) {
+    if (blame && ran && is_awaited(*entry, held.task)) {
       lost_while_running(*entry, held.task, worker.info.identity, alone, actions);
     }
     if (entry->live()) put_back(*entry, held.task);

@@ -51,6 +51,25 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   return Verdict::take;
 }
 
+void Scheduler::State::stop_others(JobEntry& job, const TaskId& task, Instant now,
+                                   Actions& actions) {
+  for (const Holder& holder : std::vector(job.out.holders(task))) {
+    actions.emplace_back(
+        RevokeLeases{holder.worker, {holder.lease}, "its result has come from elsewhere"});
+    WorkerEntry& loser = *worker(holder.worker);
+    const auto& [first, running] = *loser.leases.begin();
+    if (first == holder.lease.number) {
+      // It was no faster than this. What it has done of it does not count for its next task.
+      const double took = seconds(now - loser.busy_since);
+      const double whole = static_cast<double>(running.samples);
+      const double done = running.fraction > 0 ? running.fraction * whole : whole;
+      if (done < speed_of(loser, job) * took) loser.parts[job.id].speed.add(done, took);
+      loser.busy_since = now;
+    }
+    end_lease(loser, holder.lease.number);
+  }
+}
+
 Actions Scheduler::result_invalid(WorkerId worker, const LeaseId& lease, JobId job,
                                   const TaskId& task, const std::string& reason, Instant now) {
   Actions actions;
@@ -95,12 +114,7 @@ Actions Scheduler::result_durable(WorkerId worker, const LeaseId& lease, JobId j
       owner->blame.clear(task);
       owner->progress.add(static_cast<double>(samples), seconds(now - owner->progress_mark));
       owner->progress_mark = now;
-      if (const auto other = owner->leased.find(task); other != owner->leased.end()) {
-        const Holder holder = other->second;
-        actions.emplace_back(
-            RevokeLeases{holder.worker, {holder.lease}, "its result has come from elsewhere"});
-        state_->end_lease(*state_->worker(holder.worker), holder.lease.number);
-      }
+      state_->stop_others(*owner, task, now, actions);
     }
   }
   state_->settle(now, actions);

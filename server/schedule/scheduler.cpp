@@ -29,13 +29,15 @@ Actions Scheduler::tick(Instant now) {
       state.expire(*worker, actions);
     state.timers.arm(*worker, worker->due(state.settings));
   }
+  if (state.tail_look && *state.tail_look <= now) state.look_at_tail(now, actions);
   state.settle(now, actions);
   return actions;
 }
 
 std::optional<Instant> Scheduler::next_deadline() const {
   if (!state_->touched.empty()) return state_->last_now;
-  return state_->timers.next();
+  const std::optional<Instant> next = state_->timers.next();
+  return next && state_->tail_look ? std::min(*next, *state_->tail_look) : next;
 }
 
 namespace {
@@ -75,7 +77,7 @@ JobView view_of(const JobEntry& job, std::string waiting_for, Instant now) {
   view.state = state_of(job);
   view.tasks = job.plan().tasks();
   view.tasks_done = job.tasks.closed();
-  view.leased = static_cast<std::int64_t>(job.leased.size());
+  view.leased = static_cast<std::int64_t>(job.out.size());
   view.samples = job.tasks.samples();
   view.samples_done = job.tasks.samples_closed();
   view.error = job.error;

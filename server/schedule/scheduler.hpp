@@ -39,6 +39,9 @@ struct SchedulerSettings {
   double window_seconds = 1.0;  ///< work that a worker holds, by its measured speed
   int window_tasks_least = 2;   ///< … but so many tasks, that it never waits for the network
   int window_tasks_most = 1024;
+  /// Leases of one task at once, at the tail: where nothing is open, workers that would idle are
+  /// given copies of tasks whose end is expected later than theirs would be. 1: none.
+  int copies_most = 3;
   int deaths_alone = 3;  ///< of a suspect that ran alone: its job fails
   int errors_said = 3;   ///< by different workers for one task: its job fails
   int offences = 3;  ///< results rejected or invalid: the worker is dropped, and granted no more

@@ -45,6 +45,9 @@ struct Scheduler::State {
   bool work_appeared = false;    // for workers that found none before
   /// Workers with room for which there was no work, by build.
   std::map<Digest, std::set<WorkerId>> hungry;
+  std::set<WorkerId> idlers;           // of those, the ones that hold nothing at all
+  std::optional<Instant> tail_look;  // when they are to be asked again
+  WorkerId last_asked = 0;
   Instant last_now{};
 
   // ---- looking up (nullptr: not known) ----
@@ -68,10 +71,32 @@ struct Scheduler::State {
   /// Fills windows with room: the last step of every event.
   void settle(Instant now, Actions& actions);
 
+  // ---- tail.cpp: copies of late tasks ----
+  /// Samples a second, also by what its running leases say; by other workers if nothing is known.
+  [[nodiscard]] double speed_of(const WorkerEntry& worker, const JobEntry& job) const;
+  /// When this attempt is expected to be done: after `now`, or TasksOut::unknown.
+  Instant expected_end(const JobEntry& job, const Holder& holder, Instant now);
+  /// … the first of the task's attempts.
+  Instant expected_end(const JobEntry& job, const TaskId& task, Instant now);
+  bool worth_a_copy(const JobEntry& job, const TaskId& task, Instant end, const WorkerEntry& idle,
+                    Instant now);
+  /// The task of the job that a copy in this worker's hands would help most.
+  std::optional<TaskId> late_task(JobEntry& job, const WorkerEntry& idle, Instant now);
+  bool grant_copy(WorkerEntry& idle, Instant now, Actions& actions);
+  /// Asks idle workers in turn: what was to come in time may have become late.
+  void look_at_tail(Instant now, Actions& actions);
+  void plan_tail_look(Instant now);
+
+  // ---- results.cpp ----
+  /// The task is closed: whoever else holds it may stop.
+  void stop_others(JobEntry& job, const TaskId& task, Instant now, Actions& actions);
+
   // ---- leases.cpp: what comes back without a result ----
   /// The lease is over; its task stays taken, and is the caller's to put back or close.
   HeldLease end_lease(WorkerEntry& worker, std::uint64_t number);
-  /// Taken, but neither leased nor being journaled.
+  /// Taken, and its result has not come: what a worker says against it counts.
+  [[nodiscard]] bool is_awaited(const JobEntry& job, const TaskId& task) const;
+  /// … and not leased either.
   [[nodiscard]] bool is_aside(const JobEntry& job, const TaskId& task) const;
   /// A task that is aside is opened again, or waits as a suspect.
   void put_back(JobEntry& job, const TaskId& task);

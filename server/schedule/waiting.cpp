@@ -4,7 +4,7 @@
 namespace tessera::server {
 
 std::string Scheduler::State::waiting_for(const JobEntry& job) const {
-  if (job.state != JobEntry::State::open || !job.leased.empty() || !job.journaling.empty() ||
+  if (job.state != JobEntry::State::open || !job.out.empty() || !job.journaling.empty() ||
       job.tasks.closed() == job.plan().tasks()) {
     return {};
   }

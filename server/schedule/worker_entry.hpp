@@ -27,6 +27,7 @@ struct WorkerEntry {
 
   /// What it has to do with one job.
   struct Part {
+    Instant begun{};                // its first lease
     bool ready = false;             // the scene is built
     std::int64_t samples_held = 0;  // of its leases
     Meter speed;                    // samples a second
@@ -50,6 +51,7 @@ struct WorkerEntry {
   Instant heard;                 // last byte
   Instant advanced;              // last time that its leases got on
   Instant busy_since{};          // up to where its speed has been measured
+  Instant reported{};            // last progress
   std::optional<Instant> rests;  // after errors: granted nothing until then
   std::optional<Instant> timer;  // when it is to be looked at
 

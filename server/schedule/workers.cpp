@@ -15,6 +15,7 @@ void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
   auto node = workers.extract(id);
   WorkerEntry& gone = node.mapped();
   touched.erase(id);
+  idlers.erase(id);
   if (const auto group = hungry.find(gone.info.build_id); group != hungry.end()) {
     group->second.erase(id);
     if (group->second.empty()) hungry.erase(group);
@@ -91,6 +92,8 @@ Actions Scheduler::worker_ready(WorkerId worker, JobId job, Instant now) {
   const auto part = entry->parts.find(job);
   if (part != entry->parts.end() && !part->second.ready) {
     part->second.ready = true;
+    if (JobEntry* entry_of_job = state_->live_job(job))
+      entry_of_job->prepared_in(seconds(now - part->second.begun));
     entry->advanced = now;
     const bool others_run =
         std::any_of(entry->leases.begin(), entry->leases.end(), [&](const auto& lease) {
@@ -116,6 +119,7 @@ Actions Scheduler::worker_progress(WorkerId worker,
       continue;
     held->second.fraction = fraction;
     entry->advanced = now;
+    entry->reported = now;
   }
   const bool let_go = std::none_of(running.begin(), running.end(), [&](const auto& one) {
     return entry->expired.contains(one.first);
@@ -142,7 +146,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
     if (held != entry->leases.end() && held->second.id == *lease && held->second.job == job) {
       const HeldLease ended = state_->end_lease(*entry, lease->number);
       state_->rest(*entry, now);
-      if (failed != nullptr && state_->is_aside(*failed, ended.task)) {
+      if (failed != nullptr && state_->is_awaited(*failed, ended.task)) {
         state_->error_said(*failed, ended.task, identity, reason, actions);
       }
     }

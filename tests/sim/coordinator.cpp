@@ -57,6 +57,7 @@ void Coordinator::kill() {
   excused_.clear();
   leases_.clear();
   out_.clear();
+  doubted_.clear();
   arrived_.clear();
   films_.clear();
   paused_.clear();
@@ -157,6 +158,7 @@ void Coordinator::result(const Link& link, const SentResult& sent) {
   require(verdict != server::Verdict::rejected,
           "a lease that was granted to this identity is known again");
   release(sent.lease);
+  if (verdict == server::Verdict::take) doubted_.erase({sent.job, sent.task});
   world_.note(static_cast<std::uint64_t>(verdict));
   if (world_.bug == Bug::keep_without_asking) verdict = server::Verdict::take;
   if (verdict == server::Verdict::stale) {
@@ -165,6 +167,7 @@ void Coordinator::result(const Link& link, const SentResult& sent) {
     require(world_.bug != Bug::none || !job.results.contains(sent.task),
             "a closed task's result is stale");
     arrived_.emplace(sent.job, sent.task);
+    if (sent.corrupt) doubted_.emplace(sent.job, sent.task);
     const Arrived arrived{link, link->known_as, sent};
     later(world_.random.between(0, 0.01), [this, arrived] {
       if (arrived.sent.corrupt) {

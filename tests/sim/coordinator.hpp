@@ -67,7 +67,9 @@ class Coordinator {
   void commit();
   void durable(const Arrived& arrived);
   void fold_on(JobId job, std::int32_t frame, std::uint32_t tile);
-  [[nodiscard]] bool waits(JobId id) const;
+  /// It has a task that could be leased and is not; with `plain`, one that is no suspect.
+  [[nodiscard]] bool waits(JobId id, bool plain) const;
+  void check_copy(const server::GrantLease& grant, const std::string& what) const;
   [[nodiscard]] bool quarantined(server::WorkerId worker) const;
   [[nodiscard]] std::string describe(server::WorkerId worker,
                                      const std::vector<JobId>& waiting) const;
@@ -83,7 +85,8 @@ class Coordinator {
   std::map<server::WorkerId, int> idle_looks_;
   std::map<server::WorkerId, Instant> excused_;  // resting after errors
   std::map<LeaseId, Lease> leases_;
-  std::map<std::pair<JobId, TaskId>, LeaseId> out_;
+  std::map<std::pair<JobId, TaskId>, std::set<LeaseId>> out_;
+  std::set<std::pair<JobId, TaskId>> doubted_;  // came back without a result: may be suspects
   std::set<std::pair<JobId, TaskId>> arrived_;  // being decoded or journaled
   std::map<JobId, Film> films_;
   std::set<JobId> paused_;

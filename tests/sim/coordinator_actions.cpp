@@ -22,7 +22,11 @@ void Coordinator::arm() {
 void Coordinator::release(const LeaseId& lease) {
   const auto found = leases_.find(lease);
   if (found == leases_.end()) return;
-  out_.erase({found->second.job, found->second.task});
+  const std::pair task(found->second.job, found->second.task);
+  const auto out = out_.find(task);
+  out->second.erase(lease);
+  if (out->second.empty()) out_.erase(out);
+  doubted_.insert(task);
   held_[found->second.worker].erase(lease);
   leases_.erase(found);
 }
@@ -44,7 +48,7 @@ void Coordinator::granted(const server::GrantLease& grant) {
   require(job.ended.empty() && !paused_.contains(grant.job), what + " is of a job that runs");
   require(job.plan->contains(grant.task), what + " is one of the job's");
   require(!job.results.contains(grant.task), what + " is not closed");
-  require(!out_.contains({grant.job, grant.task}), what + " is leased once at a time");
+  if (out_.contains({grant.job, grant.task})) check_copy(grant, what);
   require(!arrived_.contains({grant.job, grant.task}),
           what + " is not granted while its result is being kept");
   require(grant.task.pass < folded(grant.job, grant.task) + 3,
@@ -56,10 +60,27 @@ void Coordinator::granted(const server::GrantLease& grant) {
   }
   require(leases_.emplace(grant.lease, Lease{grant.worker, grant.job, grant.task}).second,
           what + " has a lease of its own");
-  out_.emplace(std::pair(grant.job, grant.task), grant.lease);
+  out_[{grant.job, grant.task}].insert(grant.lease);
   held_[grant.worker].insert(grant.lease);
   const Link to = link->second;
   world_.carry(to, false, [to, grant] { to->worker->assigned(grant); });
+}
+
+void Coordinator::check_copy(const server::GrantLease& grant, const std::string& what) const {
+  const std::set<LeaseId>& holders = out_.at({grant.job, grant.task});
+  require(holders.size() < 3, what + " is out three times at most");
+  const Worker& worker = *links_.at(grant.worker)->worker;
+  for (const LeaseId& lease : holders) {
+    const Worker& other = *links_.at(leases_.at(lease).worker)->worker;
+    require(worker.info().identity != other.info().identity, what + " has one copy in a worker");
+  }
+  const auto held = held_.find(grant.worker);
+  require(held == held_.end() || held->second.empty(), what + " is copied for an idle worker");
+  for (const auto& [id, job] : world_.disk.jobs) {
+    const auto view = scheduler_->job(id, world_.events.now());
+    if (!view || (view->build && *view->build != worker.info().build_id)) continue;
+    require(!waits(id, true), what + " is copied only where nothing is open");
+  }
 }
 
 void Coordinator::apply(const server::Actions& actions) {
@@ -96,7 +117,7 @@ void Coordinator::apply(const server::Actions& actions) {
   arm();
 }
 
-bool Coordinator::waits(JobId id) const {
+bool Coordinator::waits(JobId id, bool plain) const {
   const Disk::Job& job = world_.disk.jobs.at(id);
   if (!job.ended.empty() || paused_.contains(id) || !scheduler_->job(id, world_.events.now()))
     return false;
@@ -107,7 +128,7 @@ bool Coordinator::waits(JobId id) const {
       const std::uint32_t end = std::min(task.pass + 3, job.plan->passes.count());
       for (; task.pass < end; ++task.pass) {
         if (!job.results.contains(task) && !out_.contains({id, task}) &&
-            !arrived_.contains({id, task}))
+            !arrived_.contains({id, task}) && !(plain && doubted_.contains({id, task})))
           return true;
       }
     }
@@ -147,11 +168,13 @@ void Coordinator::look_around() {
         now - last_byte_[worker] < std::chrono::seconds(5) || world_.bug == Bug::forget_lost_worker,
         "a worker that was silent for five seconds is dropped");
     require(held_[worker].size() <= 1024, "a window has its most");
+    require(link->open || held_[worker].empty() || now - link->cut_at < std::chrono::seconds(10),
+            "no lease stays with a connection that is gone");
   }
   if (world_.bug != Bug::none && world_.bug != Bug::forget_lost_worker) return;
   std::vector<JobId> waiting;
   for (const auto& [id, job] : world_.disk.jobs) {
-    if (waits(id)) waiting.push_back(id);
+    if (waits(id, false)) waiting.push_back(id);
   }
   for (const auto& [worker, link] : links_) {
     const auto& build = link->worker->info().build_id;

@@ -14,6 +14,7 @@ class Worker;
 struct Connection {
   Worker* worker = nullptr;
   bool open = true;  // bytes pass
+  Instant cut_at{};
   Instant to_server_at{}, to_worker_at{};
 
   // The coordinator's side, from hello on.

@@ -12,6 +12,7 @@ World::~World() = default;
 
 void World::cut(const Link& link, bool notices) {
   link->open = false;
+  link->cut_at = events.now();
   events.after(random.between(0, 0.1), [link] { link->worker->disconnected(link); });
   if (!notices) return;
   events.after(random.between(0, 0.1), [this, link] { coordinator->closed(link); });
