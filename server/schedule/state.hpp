@@ -45,7 +45,7 @@ struct Scheduler::State {
   bool work_appeared = false;    // for workers that found none before
   /// Workers with room for which there was no work, by build.
   std::map<Digest, std::set<WorkerId>> hungry;
-  std::set<WorkerId> idlers;           // of those, the ones that hold nothing at all
+  std::set<WorkerId> idlers;         // of those, the ones that hold nothing at all
   std::optional<Instant> tail_look;  // when they are to be asked again
   WorkerId last_asked = 0;
   Instant last_now{};
