@@ -69,7 +69,7 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
     worker.advanced = now;
     worker.busy_since = now;
   }
-  worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples, 0});
+  worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples});
   worker.alone = alone;
   part.samples_held += samples;
   job.out.add(task, Holder{worker.id, lease});

@@ -68,31 +68,56 @@ void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task,
        actions);
 }
 
-void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& actions) {
+void Scheduler::State::give_back(WorkerEntry& worker, std::uint64_t number, bool ran,
+                                 Actions& actions) {
   const bool alone = worker.alone;
+  const HeldLease held = end_lease(worker, number);
+  JobEntry* entry = live_job(held.job);
+  if (entry == nullptr) return;
+  if (ran && is_awaited(*entry, held.task))
+    lost_while_running(*entry, held.task, worker.info.identity, alone, actions);
+  if (entry->live()) put_back(*entry, held.task);
+}
+
+void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& actions) {
   // A worker begins its leases in the order in which they came, no more at once than it has
   // threads.
   for (int place = 0; !worker.leases.empty(); ++place) {
-    const HeldLease held = end_lease(worker, worker.leases.begin()->first);
+    const auto& [number, held] = *worker.leases.begin();
     const auto part = worker.parts.find(held.job);
     const bool ready = part != worker.parts.end() && part->second.ready;
-    const bool ran = ready && (place < std::max(1, worker.info.threads) || held.fraction > 0);
-    JobEntry* entry = live_job(held.job);
-    if (entry == nullptr) continue;
-    if (blame && ran && is_awaited(*entry, held.task)) {
-      lost_while_running(*entry, held.task, worker.info.identity, alone, actions);
-    }
-    if (entry->live()) put_back(*entry, held.task);
+    const bool ran = ready && (place < std::max(1, worker.info.threads) || held.runs);
+    give_back(worker, number, blame && ran, actions);
   }
   unreserve(worker);
 }
 
-void Scheduler::State::expire(WorkerEntry& worker, Actions& actions) {
+void Scheduler::State::begin_running(const WorkerEntry& worker, HeldLease& held, Instant now) {
+  constexpr double times_expected = 20;
+  held.runs = true;
+  held.advanced = now;
+  held.stall = settings.stall;
+  const auto part = worker.parts.find(held.job);
+  if (part == worker.parts.end() || !part->second.speed.known()) return;
+  const double expected = static_cast<double>(held.samples) / part->second.speed.rate();
+  const double most = seconds(settings.stall);
+  const double stall = std::clamp(times_expected * expected, seconds(settings.stall_least), most);
+  held.stall = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(stall));
+}
+
+void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions) {
+  const bool all = !worker.leases.begin()->second.runs;
   RevokeLeases revoke{worker.id, {}, "no progress for too long"};
-  for (const auto& [number, held] : worker.leases) revoke.leases.push_back(held.id);
+  for (const auto& [number, held] : worker.leases) {
+    if (all || (held.runs && held.advanced + held.stall <= now)) revoke.leases.push_back(held.id);
+  }
   worker.expired.insert(revoke.leases.begin(), revoke.leases.end());
-  actions.emplace_back(std::move(revoke));
-  give_back_all(worker, true, actions);
+  actions.emplace_back(revoke);
+  if (all) return give_back_all(worker, true, actions);
+  for (const LeaseId& lease : revoke.leases) {
+    if (worker.leases.contains(lease.number)) give_back(worker, lease.number, true, actions);
+  }
+  worker.busy_since = now;
 }
 
 void Scheduler::State::error_said(JobEntry& job, const TaskId& task, const std::string& identity,

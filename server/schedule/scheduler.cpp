@@ -25,8 +25,8 @@ Actions Scheduler::tick(Instant now) {
       worker->rests.reset();
       state.touched.insert(worker->id);
     }
-    if (!worker->leases.empty() && worker->advanced + state.settings.stall <= now)
-      state.expire(*worker, actions);
+    if (!worker->leases.empty() && worker->next_stall(state.settings) <= now)
+      state.expire(*worker, now, actions);
     state.timers.arm(*worker, worker->due(state.settings));
   }
   if (state.tail_look && *state.tail_look <= now) state.look_at_tail(now, actions);

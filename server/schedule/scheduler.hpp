@@ -34,7 +34,9 @@ struct SchedulerSettings {
   Duration heartbeat = std::chrono::seconds(1);  ///< asked of workers
   Duration silence =
       std::chrono::seconds(4);  ///< nothing heard for so long: lost (work is out again within 5 s)
-  Duration stall = std::chrono::minutes(5);  ///< leases that got no further for so long expire
+  /// A lease that runs and gets no further for twenty times as long as it should take in all, but
+  /// no less and no more than this, expires; where the worker was not measured, after the most.
+  Duration stall_least = std::chrono::seconds(30), stall = std::chrono::minutes(5);
   int passes_ahead = 3;  ///< no pass is leased this far or more beyond its tile's fold; 1 … 32
   double window_seconds = 1.0;  ///< work that a worker holds, by its measured speed
   int window_tasks_least = 2;   ///< … but so many tasks, that it never waits for the network

@@ -107,7 +107,12 @@ struct Scheduler::State {
   void lost_while_running(JobEntry& job, const TaskId& task, const std::string& identity,
                           bool alone, Actions& actions);
   void give_back_all(WorkerEntry& worker, bool blame, Actions& actions);
-  void expire(WorkerEntry& worker, Actions& actions);
+  /// A lease that ends without a result; `ran`: its worker is charged with it.
+  void give_back(WorkerEntry& worker, std::uint64_t number, bool ran, Actions& actions);
+  /// Begins the clock of a lease that its worker has begun.
+  void begin_running(const WorkerEntry& worker, HeldLease& held, Instant now);
+  /// What runs and stands still; all, if nothing was ever said of any.
+  void expire(WorkerEntry& worker, Instant now, Actions& actions);
   void error_said(JobEntry& job, const TaskId& task, const std::string& identity,
                   const std::string& reason, Actions& actions);
   /// After an error, ever longer with each in a row: a broken worker does not race through the

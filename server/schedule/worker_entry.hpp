@@ -17,7 +17,10 @@ struct HeldLease {
   JobId job = 0;
   TaskId task;
   std::int64_t samples = 0;
+  bool runs = false;    // it has said so
   double fraction = 0;  // as last reported
+  Instant advanced{};   // last time that this got on, from when it ran
+  Duration stall{};     // it may stand still for so long
 };
 
 /// A connected worker as the scheduler knows it.
@@ -49,7 +52,7 @@ struct WorkerEntry {
   int errors_in_row = 0;
 
   Instant heard;                 // last byte
-  Instant advanced;              // last time that its leases got on
+  Instant advanced;              // last time that any of its leases got on
   Instant busy_since{};          // up to where its speed has been measured
   Instant reported{};            // last progress
   std::optional<Instant> rests;  // after errors: granted nothing until then
@@ -71,10 +74,19 @@ struct WorkerEntry {
     }
     return held < settings.window_seconds;
   }
+  /// Leases begin in their order; those behind what runs wait, and do not stand still.
+  [[nodiscard]] Instant next_stall(const SchedulerSettings& settings) const {
+    Instant instant = Instant::max();
+    for (const auto& [number, held] : leases) {
+      if (!held.runs) break;
+      instant = std::min(instant, held.advanced + held.stall);
+    }
+    return instant == Instant::max() ? advanced + settings.stall : instant;
+  }
   /// When something becomes due if nothing more is heard.
   [[nodiscard]] Instant due(const SchedulerSettings& settings) const {
     Instant instant = heard + settings.silence;
-    if (!leases.empty()) instant = std::min(instant, advanced + settings.stall);
+    if (!leases.empty()) instant = std::min(instant, next_stall(settings));
     if (rests) instant = std::min(instant, *rests);
     return instant;
   }

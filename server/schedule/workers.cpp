@@ -114,13 +114,21 @@ Actions Scheduler::worker_progress(WorkerId worker,
   entry->heard = now;
   for (const auto& [lease, fraction] : running) {
     const auto held = entry->leases.find(lease.number);
-    if (held == entry->leases.end() || held->second.id != lease ||
-        fraction <= held->second.fraction)
-      continue;
+    if (held == entry->leases.end() || held->second.id != lease) continue;
+    if (!held->second.runs) state_->begin_running(*entry, held->second, now);
+    if (fraction <= held->second.fraction) continue;
     held->second.fraction = fraction;
+    held->second.advanced = now;
     entry->advanced = now;
     entry->reported = now;
   }
+  for (auto& [number, held] : entry->leases) {
+    if (!held.runs) break;
+    const bool named = std::any_of(running.begin(), running.end(),
+                                   [&](const auto& one) { return one.first == held.id; });
+    if (!named) held.stall = state_->settings.stall;  // rendered, and on its way
+  }
+  if (!running.empty()) state_->timers.arm(*entry, entry->due(state_->settings));
   const bool let_go = std::none_of(running.begin(), running.end(), [&](const auto& one) {
     return entry->expired.contains(one.first);
   });

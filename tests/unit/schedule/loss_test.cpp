@@ -290,6 +290,49 @@ TEST_F(ScheduleTest, LeasesThatStandStillExpireAndAreStillTakenWhenTheyCome) {
   EXPECT_EQ(finished_.size(), 1);
 }
 
+TEST_F(ScheduleTest, ATaskThatStandsStillExpiresAloneAndByWhatItShouldTake) {
+  add(1, spec(20, 1));
+  const WorkerId a = join("a", "build", 4);
+  ready(a);
+  for (int i = 0; i < 4; ++i) {
+    pass(2);
+    scheduler_.worker_heard(a, now_);
+    finish_one(a);
+  }
+  ASSERT_EQ(held_[a].size(), 2U);
+  const GrantLease stuck = held_[a][0], going = held_[a][1];
+  double waited = 0;
+  for (; waited < 100 && revoked_.empty(); ++waited) {
+    pass(1);
+    take(scheduler_.worker_progress(a, {{stuck.lease, 0.3}, {going.lease, waited / 100}}, now_));
+  }
+  EXPECT_NEAR(waited, 41, 2) << "twenty times two seconds";
+  EXPECT_TRUE(revoked_.contains(stuck.lease));
+  EXPECT_FALSE(revoked_.contains(going.lease));
+  // It hears that the lease is over, and goes on with the other.
+  take(scheduler_.worker_progress(a, {{going.lease, 0.6}}, now_));
+  EXPECT_EQ(held_[a].at(0).task, going.task);
+  finish_one(a);
+  ASSERT_FALSE(held_[a].empty());
+  EXPECT_EQ(held_[a].at(0).task, stuck.task) << "alone: it is a suspect";
+}
+
+TEST_F(ScheduleTest, ARenderedTileThatIsOnItsWayDoesNotStandStill) {
+  add(1, spec(20, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  for (int i = 0; i < 4; ++i) {
+    pass(0.1);
+    finish_one(a);
+  }
+  take(scheduler_.worker_progress(a, {{held_[a].at(0).lease, 0.9}}, now_));
+  for (int i = 0; i < 120; ++i) {
+    take(scheduler_.worker_progress(a, {}, now_));
+    pass(1);
+  }
+  EXPECT_TRUE(revoked_.empty());
+}
+
 TEST_F(ScheduleTest, ProgressKeepsALeaseAlive) {
   add(1, spec(1, 1));
   const WorkerId a = join("a");
