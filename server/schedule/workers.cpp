@@ -125,7 +125,7 @@ Actions Scheduler::worker_progress(WorkerId worker,
   for (auto& [number, held] : entry->leases) {
     if (!held.runs) break;
     const bool named = std::any_of(running.begin(), running.end(),
-                                   [&](const auto& one) { return one.first == held.id; });
+                                   [id = held.id](const auto& one) { return one.first == id; });
     if (!named) held.stall = state_->settings.stall;  // rendered, and on its way
   }
   if (!running.empty()) state_->timers.arm(*entry, entry->due(state_->settings));
