@@ -14,6 +14,21 @@
 namespace tessera::farm_test {
 namespace {
 
+/// How much the coordinator may grow by what one peer does to it, MiB. The sanitizers keep what was
+/// freed.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TESSERA_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define TESSERA_SANITIZED
+#endif
+#endif
+#ifdef TESSERA_SANITIZED
+constexpr double growth_most = 512;
+#else
+constexpr double growth_most = 64;
+#endif
+
 /// A farm with a job under way, which has to come out right whatever the test did to the ports.
 class BadPeer : public testing::Test {
  protected:
@@ -21,11 +36,15 @@ class BadPeer : public testing::Test {
     id_ = farm_.submit((sources() / "scenes/cornell.json").string(),
                        {"--size", "48x40", "--samples", "20", "--tile", "16"});
     ASSERT_FALSE(id_.empty());
+    farm_.server().forget_peak_memory();
+    memory_before_ = farm_.server().peak_memory();
   }
 
   void TearDown() override {
     if (HasFatalFailure()) return;
     ASSERT_TRUE(farm_.server().running()) << farm_.logs();
+    ASSERT_GT(memory_before_, 0);
+    EXPECT_LT(farm_.server().peak_memory(), memory_before_ + growth_most);
     farm_.add_worker();
     const image::ExrImage picture = farm_.finish(id_);
     const auto different = image::difference(undisturbed(), picture);
@@ -51,6 +70,7 @@ class BadPeer : public testing::Test {
 
   Farm farm_;
   std::string id_;
+  double memory_before_ = 0;
 };
 
 std::string random_bytes(std::size_t count) {
@@ -105,6 +125,26 @@ TEST_F(BadPeer, half_a_frame_and_silence_is_cut_off) {
   const Line line(farm_.listen());
   line.send("TSRA\x01");
   EXPECT_TRUE(line.closed_within(Seconds(15)));
+}
+
+TEST_F(BadPeer, a_length_beyond_all_limits_is_refused_and_not_reserved) {
+  const Line line(farm_.listen());
+  std::string head("TSRA\x01\0\x01\0", 8);  // version 1, hello
+  head += std::string(8, '\xff');           // lengths of header and body
+  line.send(head + "{");
+  EXPECT_TRUE(line.closed_within(Seconds(8)));
+}
+
+TEST_F(BadPeer, half_a_result_of_a_welcomed_worker_is_cut_off) {
+  ScriptedWorker worker(farm_.listen());
+  auto task = worker.next_task();
+  ASSERT_TRUE(task.has_value());
+  const auto encoded = wire::encode(ScriptedWorker::result_of(*task));
+  const auto bytes =
+      wire::frame_bytes(encoded.type, encoded.header, ScriptedWorker::good_tile(*task));
+  worker.line().send(std::span(bytes).first(bytes.size() / 2));
+  EXPECT_TRUE(worker.line().closed_within(Seconds(15)));
+  // Its task goes out again, or the job would not come to its end.
 }
 
 TEST_F(BadPeer, another_protocol_version_is_refused_with_both_versions) {

@@ -97,6 +97,17 @@ void Process::kill() {
   code_ = code_of(status);
 }
 
+double Process::peak_memory() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
+  }
+  return 0;
+}
+void Process::forget_peak_memory() const {
+  std::ofstream("/proc/" + std::to_string(pid_) + "/clear_refs") << 5;  // proc(5): resets VmHWM
+}
+
 bool Process::running() { return pid_ > 0 && !wait(Seconds(0)).has_value(); }
 
 std::string Process::output() const { return read_text(log_.string() + ".out"); }

@@ -47,6 +47,10 @@ class Process {
   [[nodiscard]] std::string output() const;
   [[nodiscard]] std::string errors() const;
   [[nodiscard]] pid_t pid() const { return pid_; }
+  /// The most memory that it has held at once since it started, or since forget_peak_memory(),
+  /// MiB.
+  [[nodiscard]] double peak_memory() const;
+  void forget_peak_memory() const;
 
  private:
   pid_t pid_ = -1;
