@@ -23,6 +23,18 @@ struct RenderOptions {
 };
 int render(const Settings& settings, const RenderOptions& options);
 
+struct WedgeOptions {
+  JobOptions job;
+  std::vector<std::string> vary;  ///< as they were given: NAME=VALUE,…
+  std::filesystem::path output;   ///< the contact sheet, .png
+  std::filesystem::path exr_dir;  ///< empty: named as the sheet, without its ending
+  int cell_width = 512;           ///< wider pictures are scaled down on the sheet
+  double exposure = 0;            ///< stops; the sheet alone
+  std::optional<int> workers;     ///< of a farm of its own
+  std::optional<int> threads;     ///< of each of its workers
+};
+int wedge(const Settings& settings, const WedgeOptions& options);
+
 int submit(const Settings& settings, const JobOptions& options);
 int watch(const Settings& settings, JobId job);
 int wait(const Settings& settings, JobId job);

@@ -62,6 +62,10 @@ ServerAddresses addresses_from(std::string_view line) {
   return out;
 }
 
+int threads_of_each(int asked, int workers) {
+  return asked > 0 ? asked : std::max(1, processors() / workers);
+}
+
 int processors() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -106,7 +110,7 @@ Farm::~Farm() {
   // Workers first, so that the coordinator sees them say goodbye.
   for (auto child = children_.rbegin(); child != children_.rend(); ++child) (*child)->ask_to_end();
   const auto end =
-      std::chrono::steady_clock::now() + (interrupted() ? end_time_interrupted : end_time);
+      std::chrono::steady_clock::now() + (interrupt_noted() ? end_time_interrupted : end_time);
   for (auto child = children_.rbegin(); child != children_.rend(); ++child)
     (*child)->end_within(
         std::max<Duration>(end - std::chrono::steady_clock::now(), Duration::zero()));

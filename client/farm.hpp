@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/child.hpp"
+#include "client/interrupt.hpp"
 
 namespace tessera::client {
 
@@ -26,6 +27,7 @@ class Farm {
   void check();
 
  private:
+  NotedInterrupts noted_;
   std::filesystem::path folder_;
   std::string url_;
   std::vector<std::unique_ptr<Child>> children_;  ///< the coordinator first
@@ -39,6 +41,9 @@ struct ServerAddresses {
 /// From the line that it prints, {"http": …, "listen": …}; more keys may stand in it. Throws
 /// Error{failed}.
 ServerAddresses addresses_from(std::string_view line);
+
+/// Threads of each of so many workers: as many as were asked for, or (0) the machine's, divided.
+int threads_of_each(int asked, int workers);
 
 /// Processors that this process may use, at least 1.
 int processors();

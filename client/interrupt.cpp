@@ -1,11 +1,13 @@
 #include "client/interrupt.hpp"
 
 #include <time.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstdint>
 #include <initializer_list>
+#include <string_view>
 
 namespace tessera::client {
 
@@ -13,16 +15,24 @@ namespace {
 constexpr std::int64_t together = 1'000'000'000;  // ns
 
 std::atomic<std::int64_t> first{0};
-volatile std::sig_atomic_t noted = 0;
-static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+std::atomic<bool> noted{false};
+std::atomic<int> noting{0};  // NotedInterrupts alive
+std::atomic<int> ending{0};  // EndingInOrder alive
+static_assert(std::atomic<std::int64_t>::is_always_lock_free &&
+              std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
 void note(int signal) {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const std::int64_t at = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
-  if (noted == 0) {
+  if (!noted && noting == 0) {
+    constexpr std::string_view words = "tessera: interrupted\n";
+    [[maybe_unused]] const ssize_t written = write(2, words.data(), words.size());
+    _exit(130);
+  }
+  if (!noted) {
     first = at;
-    noted = 1;
+    noted = true;
   } else if (at - first > together) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);  // comes when this handler returns
@@ -37,7 +47,15 @@ void catch_interrupts() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
-bool interrupted() { return noted != 0; }
+NotedInterrupts::NotedInterrupts() { ++noting; }
+NotedInterrupts::~NotedInterrupts() { --noting; }
+
+EndingInOrder::EndingInOrder() { ++ending; }
+EndingInOrder::~EndingInOrder() { --ending; }
+
+bool interrupt_noted() { return noted; }
+
+bool interrupted() { return noted && ending == 0; }
 
 void throw_if_interrupted() {
   if (interrupted()) throw Interrupted{};

@@ -63,10 +63,8 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   spec.bundle = bundle;
   spec.render = scene.render;
   spec.mixed = options.mixed;
-  if (options.size) {
-    spec.render.width = options.size->width;
-    spec.render.height = options.size->height;
-  }
+  take(spec.render.width, options.width);
+  take(spec.render.height, options.height);
   take(spec.camera, options.camera);
   take(spec.render.samples, options.samples);
   take(spec.render.bounces, options.bounces);

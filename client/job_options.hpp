@@ -24,7 +24,8 @@ struct JobOptions {
   std::filesystem::path scene;
   std::optional<std::string> name;
   std::optional<std::string> camera;
-  std::optional<Size> size;
+  std::optional<int> width;
+  std::optional<int> height;
   std::optional<std::int64_t> samples;
   std::optional<int> bounces;
   std::optional<std::string> integrator;

@@ -5,21 +5,28 @@
 
 namespace tessera::client {
 
-assets::Bundle bundle_of(const std::vector<scene::UsedFile>& files) {
-  assets::Bundle bundle;
-  bundle.scene = files.front().path;
-  for (const scene::UsedFile& used : files) {
-    throw_if_interrupted();
-    bundle.files[used.path] = {digest_of_file(used.file), std::filesystem::file_size(used.file)};
-  }
-  assets::check(bundle);
-  return bundle;
+const assets::BundleFile& FileHasher::entry_of(const std::filesystem::path& file) {
+  const auto found = known_.find(file);
+  if (found != known_.end()) return found->second;
+  throw_if_interrupted();
+  const assets::BundleFile entry{digest_of_file(file), std::filesystem::file_size(file)};
+  return known_.emplace(file, entry).first->second;
 }
 
-PreparedJob prepare(const JobOptions& options) {
-  scene::LoadedScene loaded;
+SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher) {
+  SceneAssets out;
+  out.bundle.scene = files.front().path;
+  for (const scene::UsedFile& used : files)
+    out.bundle.files[used.path] = hasher.entry_of(used.file);
+  assets::check(out.bundle);
+  out.digest = assets::digest_of_bundle(out.bundle);
+  out.files = std::move(files);
+  return out;
+}
+
+scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path) {
   try {
-    loaded = scene::load_scene(options.scene);
+    return scene::load_scene(files, path);
   } catch (const Error& error) {
     // A scene that is not there was named wrongly: the command's input, not something that it did,
     // is at fault.
@@ -27,13 +34,17 @@ PreparedJob prepare(const JobOptions& options) {
       throw Error(ErrorKind::bad_input, error.message(), error.place());
     throw;
   }
-  throw_if_interrupted();
+}
+
+PreparedJob prepare(const JobOptions& options) {
+  const scene::FolderFiles files(options.scene.parent_path());
+  scene::LoadedScene loaded = load_named_scene(files, options.scene.filename().string());
   PreparedJob out;
   out.spec = job_from(loaded.scene, options,
                       Digest{});  // what is wrong with it is said before files are hashed
-  out.bundle = bundle_of(loaded.files);
-  out.spec.bundle = assets::digest_of_bundle(out.bundle);
-  out.files = std::move(loaded.files);
+  FileHasher hasher;
+  out.assets = assets_of(std::move(loaded.files), hasher);
+  out.spec.bundle = out.assets.digest;
   return out;
 }
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <filesystem>
+#include <map>
 #include <vector>
 
 #include "client/job_options.hpp"
@@ -7,15 +9,33 @@
 
 namespace tessera::client {
 
-/// A job that is ready to be posted, and the bytes that it needs.
-struct PreparedJob {
-  JobSpec spec;
+/// The bytes that a job needs of a scene.
+struct SceneAssets {
   assets::Bundle bundle;
+  Digest digest;                       ///< of the bundle
   std::vector<scene::UsedFile> files;  ///< the scene's, where they are on this machine
 };
 
-/// The manifest of a scene's files: hashes each.
-assets::Bundle bundle_of(const std::vector<scene::UsedFile>& files);
+/// A job that is ready to be posted.
+struct PreparedJob {
+  JobSpec spec;
+  SceneAssets assets;
+};
+
+/// Hashes files, each once: scenes that are edits of one another share most of theirs.
+class FileHasher {
+ public:
+  const assets::BundleFile& entry_of(const std::filesystem::path& file);
+
+ private:
+  std::map<std::filesystem::path, assets::BundleFile> known_;
+};
+
+/// The manifest of a scene's files, the scene file first among them.
+SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher);
+
+/// Reads a scene that a command names; one that is not there is bad input like any other.
+scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path);
 
 /// Reads the scene and all that it uses, whatever is wrong in it being an error here, and hashes
 /// the files.

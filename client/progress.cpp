@@ -40,12 +40,39 @@ JobState job_state_from(const Json& job) {
   if (eta >= 0) out.eta_seconds = eta;
   read(job, "samples", out.samples);
   read(job, "samples_done", out.samples_done);
+  read(job, "samples_total", out.samples_total);
   if (const auto frames = job.find("frames"); frames != job.end() && frames->is_object())
     read(*frames, "first", out.first_frame);
   read(job, "render_seconds", out.render_seconds);
+  read(job, "cpu_seconds", out.cpu_seconds);
   read(job, "rays", out.rays);
   read(job, "error", out.error);
   read(job, "waiting_for", out.waiting_for);
+  return out;
+}
+
+JobState overall(std::span<const JobState> jobs) {
+  JobState out;
+  bool all_ended = true, all_done = true, rendering = false;
+  for (const JobState& job : jobs) {
+    all_ended = all_ended && job.ended();
+    all_done = all_done && job.state == "done";
+    rendering = rendering || job.state == "rendering";
+    out.samples_done += job.samples_done;
+    out.samples_total += job.samples_total;
+    out.rays += job.rays;
+    out.cpu_seconds += job.cpu_seconds;
+    if (job.ended()) continue;
+    out.samples_per_second += job.samples_per_second;
+    if (out.waiting_for.empty()) out.waiting_for = job.waiting_for;
+  }
+  out.state = all_done ? "done" : all_ended ? "failed" : rendering ? "rendering" : "queued";
+  if (out.samples_per_second > 0) out.waiting_for.clear();
+  if (out.samples_total > 0)
+    out.progress = static_cast<double>(out.samples_done) / static_cast<double>(out.samples_total);
+  if (!all_ended && out.samples_per_second > 0)
+    out.eta_seconds =
+        static_cast<double>(out.samples_total - out.samples_done) / out.samples_per_second;
   return out;
 }
 
@@ -67,6 +94,11 @@ std::string count_text(double count) {
   if (unit == 0) return fmt::format("{:.0f}", count);
   const int digits = count >= 99.95 ? 0 : count >= 9.995 ? 1 : 2;
   return fmt::format("{:.{}f}{}", count, digits, units[unit]);
+}
+
+std::string upload_text(std::uint64_t done, std::uint64_t total) {
+  return fmt::format("uploading {}B of {}B", count_text(static_cast<double>(done)),
+                     count_text(static_cast<double>(total)));
 }
 
 std::string progress_line(const JobState& job) {
@@ -113,8 +145,8 @@ void ProgressPrinter::rewrite(std::string_view text) {
   open_ = true;
 }
 
-void ProgressPrinter::show(const JobState& job) {
-  const std::string line = progress_line(job);
+void ProgressPrinter::show(const JobState& job, std::string_view prefix) {
+  const std::string line = std::string(prefix) + progress_line(job);
   if (terminal_)
     rewrite(line);
   else if (gate_.due(job, std::chrono::steady_clock::now()))

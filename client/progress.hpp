@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,10 +20,12 @@ struct JobState {
   double progress = 0;
   double samples_per_second = 0;
   std::optional<double> eta_seconds;
-  std::int64_t samples = 0;  ///< of each pixel
-  std::int64_t samples_done = 0;
+  std::int64_t samples = 0;        ///< of each pixel
+  std::int64_t samples_done = 0;   ///< of all pixels together
+  std::int64_t samples_total = 0;  ///< of all pixels together
   std::int64_t first_frame = 1;
   double render_seconds = 0;
+  double cpu_seconds = 0;
   std::int64_t rays = 0;
   std::string error;
   std::string waiting_for;  ///< why it has work and no worker does any of it
@@ -35,10 +38,16 @@ struct JobState {
 /// and what is unknown is passed over: a newer server may say more.
 JobState job_state_from(const Json& job);
 
+/// Several jobs as if they were one: samples and rates are sums, and the whole has ended when all
+/// have.
+JobState overall(std::span<const JobState> jobs);
+
 /// "0:42", "12:05", "3:04:05", "2 d 03:04": a duration, rounded to whole seconds.
 std::string duration_text(double seconds);
 /// "812", "12.4 k", "3.25 M", "1.07 G": three digits and a power of a thousand.
 std::string count_text(double count);
+/// "uploading 1.25 MB of 3.00 MB".
+std::string upload_text(std::uint64_t done, std::uint64_t total);
 /// "rendering  42.3 %  12.4 M samples/s  1:23 left".
 std::string progress_line(const JobState& job);
 
@@ -63,7 +72,8 @@ class ProgressPrinter {
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
-  void show(const JobState& job);
+  /// `prefix` stands before the line.
+  void show(const JobState& job, std::string_view prefix = {});
   /// A remark in the line's place, on a terminal alone.
   void remark(std::string_view text);
   /// Ends the line, so that what is printed next begins a new one.

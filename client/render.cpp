@@ -19,17 +19,6 @@ namespace {
 
 constexpr std::chrono::milliseconds look{100};
 
-/// Until the job has ended. A program of the farm that dies ends it with an error.
-JobState follow_in(Farm& farm, Server& server, JobId id, ProgressPrinter& printer) {
-  for (;;) {
-    farm.check();
-    JobState job = job_state_from(fetch_job(server, id));
-    printer.show(job);
-    if (job.ended()) return job;
-    server.pause(look, look);
-  }
-}
-
 Json report(const RenderOptions& options, const PreparedJob& prepared, const JobState& job,
             int threads, double elapsed) {
   return {{"output", options.output.string()},
@@ -48,8 +37,7 @@ Json report(const RenderOptions& options, const PreparedJob& prepared, const Job
 int render(const Settings& settings, const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return seconds(std::chrono::steady_clock::now() - start); };
-  const int threads =
-      options.threads > 0 ? options.threads : std::max(1, processors() / options.workers);
+  const int threads = threads_of_each(options.threads, options.workers);
   const PictureFormat format = check_output(options.output);
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the picture is still wanted
 
@@ -60,9 +48,11 @@ int render(const Settings& settings, const RenderOptions& options) {
   JobState job;
   try {
     Server server(Settings{.server = farm.url(), .token = {}, .json = false});
-    upload(server, prepared, [](std::uint64_t, std::uint64_t) {});
-    const JobId id = job_state_from(post_job(server, prepared)).id;
-    job = follow_in(farm, server, id, printer);
+    upload(server, prepared.assets, [](std::uint64_t, std::uint64_t) {});
+    const JobId id = job_state_from(post_job(server, prepared.spec)).id;
+    const Following how{.least = look, .most = look, .check = [&] { farm.check(); }};
+    job = job_state_from(follow(
+        server, id, [&](const Json& object) { printer.show(job_state_from(object)); }, how));
     printer.finish();
     if (job.state != "done") return outcome(job);
     fetch_picture(server, picture_target(id, job.first_frame, format, options.exposure),

@@ -40,6 +40,7 @@ struct Server::State {
     if (interrupted()) throw Interrupted{};
   }
 
+  NotedInterrupts noted;
   boost::asio::io_context context{1};
   net::HttpClient client;
   net::HttpClient events;

@@ -29,6 +29,10 @@ Settings settle(const GivenSettings& flags, const GivenSettings& environment,
   Settings out;
   out.json = json;
   out.server = first_of(flags.server, environment.server, config.server).value_or(out.server);
+  out.named = flags.server         ? NamedBy::flag
+              : environment.server ? NamedBy::environment
+              : config.server      ? NamedBy::config
+                                   : NamedBy::nobody;
   out.token = first_of(flags.token, environment.token, config.token).value_or("");
   if (out.server.find("://") == std::string::npos) out.server = "http://" + out.server;
   return out;

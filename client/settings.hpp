@@ -6,10 +6,13 @@
 /// Which server to speak to, as who, and how to answer.
 namespace tessera::client {
 
+enum class NamedBy { nobody, flag, environment, config };
+
 struct Settings {
   std::string server = "http://127.0.0.1:8420";
   std::string token;
   bool json = false;
+  NamedBy named = NamedBy::nobody;  ///< who named the server
 };
 
 /// What one source says of them; what is absent is left to the next.

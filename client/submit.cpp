@@ -15,12 +15,11 @@ int submit(const Settings& settings, const JobOptions& options) {
   const PreparedJob prepared = prepare(options);
   Server server(settings);
   ProgressPrinter printer(2);
-  upload(server, prepared, [&](std::uint64_t done, std::uint64_t total) {
-    printer.remark(fmt::format("uploading {}B of {}B", count_text(static_cast<double>(done)),
-                               count_text(static_cast<double>(total))));
+  upload(server, prepared.assets, [&](std::uint64_t done, std::uint64_t total) {
+    printer.remark(upload_text(done, total));
   });
   printer.finish();
-  const Json job = post_job(server, prepared);
+  const Json job = post_job(server, prepared.spec);
   if (settings.json)
     print_json(job);
   else

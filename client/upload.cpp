@@ -94,22 +94,22 @@ void send_text(Server& server, const Digest& digest, const std::string& text) {
 
 }  // namespace
 
-void upload(Server& server, const PreparedJob& job, const UploadProgress& progress) {
-  const std::string manifest = assets::canonical_json(job.bundle);
-  std::vector<Digest> digests = assets::digests_of(job.bundle);
-  digests.push_back(job.spec.bundle);
+void upload(Server& server, const SceneAssets& scene, const UploadProgress& progress) {
+  const std::string manifest = assets::canonical_json(scene.bundle);
+  std::vector<Digest> digests = assets::digests_of(scene.bundle);
+  digests.push_back(scene.digest);
   const std::set<Digest> lacking = missing(server, digests);
 
   std::map<Digest, const scene::UsedFile*>
       files;  // each digest once, in an order that does not change
   std::uint64_t total = 0, done = 0;
-  for (const scene::UsedFile& used : job.files) {
-    const assets::BundleFile& entry = job.bundle.files.at(used.path);
+  for (const scene::UsedFile& used : scene.files) {
+    const assets::BundleFile& entry = scene.bundle.files.at(used.path);
     if (lacking.contains(entry.digest) && files.emplace(entry.digest, &used).second)
       total += entry.size;
   }
   for (const auto& [digest, used] : files) {
-    const std::uint64_t size = job.bundle.files.at(used->path).size;
+    const std::uint64_t size = scene.bundle.files.at(used->path).size;
     progress(done, total);
     try {
       send_file(server, digest, used->file, size);
@@ -122,11 +122,11 @@ void upload(Server& server, const PreparedJob& job, const UploadProgress& progre
     done += size;
   }
   if (!files.empty()) progress(done, total);
-  if (lacking.contains(job.spec.bundle)) send_text(server, job.spec.bundle, manifest);
+  if (lacking.contains(scene.digest)) send_text(server, scene.digest, manifest);
 }
 
-Json post_job(Server& server, const PreparedJob& job) {
-  return server.post("/v1/jobs", to_json(job.spec));
+Json post_job(Server& server, const JobSpec& spec) {
+  return server.post("/v1/jobs", to_json(spec));
 }
 
 }  // namespace tessera::client

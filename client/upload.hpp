@@ -10,11 +10,11 @@ namespace tessera::client {
 /// Told of what goes over: bytes that were lacking at the server, and those that are there now.
 using UploadProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
-/// Asks which of the job's blobs the server lacks, and sends those alone; one that broke off goes
+/// Asks which of the scene's blobs the server lacks, and sends those alone; one that broke off goes
 /// on where it broke off.
-void upload(Server& server, const PreparedJob& job, const UploadProgress& progress);
+void upload(Server& server, const SceneAssets& scene, const UploadProgress& progress);
 
 /// Posts the job; the server's answer is the job object.
-Json post_job(Server& server, const PreparedJob& job);
+Json post_job(Server& server, const JobSpec& spec);
 
 }  // namespace tessera::client

@@ -13,6 +13,8 @@ find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
 find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
+find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # a header that is all of it
+find_file(TESSERA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu REQUIRED NO_DEFAULT_PATH)
 
 # Embree 3 in Debian 12, Embree 4 in Debian 13: worker/accel alone knows which.
 find_package(embree 4 QUIET)

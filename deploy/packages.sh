@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that a purpose needs, and nothing if they are there: packages.sh build|test|check …
+# Installs the Debian packages that a purpose needs, and nothing if they are there: packages.sh build|test|check|plot …
 # Debian 12 (bookworm) and 13 (trixie); as root, or as a user with sudo.
 set -euo pipefail
 
@@ -13,10 +13,12 @@ wanted=()
 for purpose in "$@"; do
   case "$purpose" in
     build) wanted+=(git ca-certificates cmake ninja-build ccache g++ pkg-config "$boost" libembree-dev libopenexr-dev libtbb-dev
-      nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libisal-dev libtinyobjloader-dev) ;;
+      nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libisal-dev libtinyobjloader-dev
+      libstb-dev fonts-dejavu-core) ;;
     test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
+    plot) wanted+=(gnuplot-nox bsdextrautils) ;;
     check) wanted+=(clang-format clang-tidy clang libclang-rt-dev llvm) ;;
-    *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test or check)" >&2; exit 2 ;;
+    *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test, check or plot)" >&2; exit 2 ;;
   esac
 done
 

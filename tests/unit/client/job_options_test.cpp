@@ -33,7 +33,8 @@ TEST(JobOptions, what_is_given_wins) {
   JobOptions options;
   options.name = "Mine";
   options.camera = "right";
-  options.size = Size{250, 131};
+  options.width = 250;
+  options.height = 131;
   options.samples = 100;
   options.bounces = 0;
   options.sampler = "independent";
@@ -91,12 +92,9 @@ TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
   expect_refused([](JobOptions& o) { o.samples = 1'000'000'000; }, "--samples",
                  "from 1 to 16777216, found 1000000000");
   expect_refused([](JobOptions& o) { o.samples = 0; }, "--samples", "found 0");
-  expect_refused([](JobOptions& o) { o.size = Size{0, 10}; }, "--size", "found 0");
-  expect_refused(
-      [](JobOptions& o) {
-        o.size = Size{1'000'000, 1'000'000};
-      },
-      "--size", "from 1 to 65536");
+  expect_refused([](JobOptions& o) { o.width = 0; }, "--size", "found 0");
+  expect_refused([](JobOptions& o) { o.width = o.height = 1'000'000; }, "--size",
+                 "from 1 to 65536");
   expect_refused([](JobOptions& o) { o.tile = 513; }, "--tile", "from 1 to 512");
   expect_refused([](JobOptions& o) { o.light_samples = 0; }, "--light-samples", "found 0");
   expect_refused([](JobOptions& o) { o.bounces = -1; }, "--bounces", "found -1");

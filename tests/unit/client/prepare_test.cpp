@@ -14,12 +14,12 @@ TEST(Prepare, the_bundle_names_the_scene_and_every_file_by_digest_and_size) {
   JobOptions options;
   options.scene = folder.write("ball.json", small_scene);
   const PreparedJob job = prepare(options);
-  EXPECT_EQ(job.bundle.scene, "ball.json");
-  ASSERT_EQ(job.bundle.files.size(), 2U);
-  EXPECT_EQ(job.bundle.files.at("ball.json").digest, digest_of(small_scene));
-  EXPECT_EQ(job.bundle.files.at("ball.json").size, small_scene.size());
-  EXPECT_EQ(job.bundle.files.at("meshes/a.obj").digest, digest_of(small_mesh));
-  EXPECT_EQ(job.spec.bundle, assets::digest_of_bundle(job.bundle));
+  EXPECT_EQ(job.assets.bundle.scene, "ball.json");
+  ASSERT_EQ(job.assets.bundle.files.size(), 2U);
+  EXPECT_EQ(job.assets.bundle.files.at("ball.json").digest, digest_of(small_scene));
+  EXPECT_EQ(job.assets.bundle.files.at("ball.json").size, small_scene.size());
+  EXPECT_EQ(job.assets.bundle.files.at("meshes/a.obj").digest, digest_of(small_mesh));
+  EXPECT_EQ(job.spec.bundle, assets::digest_of_bundle(job.assets.bundle));
   EXPECT_EQ(job.spec.render.samples, 9);
 }
 

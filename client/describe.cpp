@@ -1,0 +1,250 @@
+#include "client/describe.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "common/base/build_info.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/names.hpp"
+
+namespace tessera::client {
+
+namespace {
+
+JobId job_from(const std::string& text) {
+  const auto id = job_id_from(text);
+  if (!id)
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected a job's number, as submit prints it, found \"{}\"",
+                            text.substr(0, 64)));
+  return *id;
+}
+
+std::vector<JobId> jobs_from(const std::vector<std::string>& texts) {
+  std::vector<JobId> out;
+  for (const std::string& text : texts) out.push_back(job_from(text));
+  return out;
+}
+
+template <class Names>
+std::string one_of(const Names& names) {
+  return fmt::format("One of {}; else the scene's", fmt::join(names, ", "));
+}
+
+void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
+  command.add_option("scene", job.scene, "The scene file")->required()->type_name("SCENE");
+  command.add_option("--size", line.size, "Film in pixels; else the scene's")->type_name("WxH");
+  command.add_option("--samples", job.samples, "Samples of each pixel; else the scene's")
+      ->type_name("N");
+  command.add_option("--bounces", job.bounces, "Bounces; 0 is emission and direct light")
+      ->type_name("N");
+  command.add_option("--filter", job.filter, one_of(scene::filter_names))->type_name("NAME");
+  command
+      .add_option("--filter-width", job.filter_width,
+                  "Pixels from edge to edge; 0 is the filter's own")
+      ->type_name("X");
+  command.add_option("--integrator", job.integrator, one_of(scene::integrator_names))
+      ->type_name("NAME");
+  command.add_option("--sampler", job.sampler, one_of(scene::sampler_names))->type_name("NAME");
+  command.add_option("--light-samples", job.light_samples, "Light samples at each hit")
+      ->type_name("N");
+  command.add_option("--seed", job.seed, "Another seed gives other noise")->type_name("N");
+  command.add_option("--tile", job.tile, "Side of a tile in pixels (64)")->type_name("N");
+  command.add_option("--pass", job.pass, "Most samples of a pass (256)")->type_name("N");
+  command.add_option("--camera", job.camera, "One of the scene's cameras; else its first")
+      ->type_name("NAME");
+  command.add_option("--name", job.name, "The job's name; else the scene's")->type_name("NAME");
+}
+
+void take_size(const Line& line, JobOptions& job) {
+  if (!line.size) return;
+  const Size size = size_from(*line.size);
+  job.width = size.width;
+  job.height = size.height;
+}
+
+void add_render(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand(
+      "render",
+      "Render one picture here: starts a coordinator and workers, and leaves nothing but the file");
+  RenderOptions& options = line.render;
+  add_job_options(command, line, options.job);
+  command.add_option("-o,--output", options.output, "The picture: .exr or .png")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--exposure", options.exposure, "Stops, for .png")
+      ->type_name("STOPS")
+      ->check(CLI::Range(-64., 64.));
+  command.add_option("--workers", options.workers, "Worker processes (1)")
+      ->type_name("K")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--threads", options.threads,
+                  "Threads of each worker; else the machine's, divided")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      take_size(line, line.render.job);
+      return render(settings, line.render);
+    };
+  });
+}
+
+void add_wedge(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand(
+      "wedge",
+      "Render a scene over a grid of parameters, on the named server or here, and make a contact "
+      "sheet of it");
+  WedgeOptions& options = line.wedge;
+  add_job_options(command, line, options.job);
+  command
+      .add_option("--vary", options.vary,
+                  "A parameter and its values: one of the flags above (samples, light_samples, …) "
+                  "or a path in the scene (camera.fov, materials.white.reflectance, "
+                  "shapes[3].material); a value is JSON or a bare word. The first gives the "
+                  "columns, the second the rows, further ones blocks below each other")
+      ->required()
+      ->allow_extra_args(false)
+      ->type_name("NAME=VALUE,VALUE,…");
+  command.add_option("-o,--output", options.output, "The contact sheet, .png")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("--exr-dir", options.exr_dir,
+                  "Folder for the EXRs; else one named as the sheet, without .png")
+      ->type_name("FOLDER");
+  command
+      .add_option("--cell-width", options.cell_width,
+                  "Pictures wider than this are scaled down on the sheet (512)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 65536));
+  command.add_option("--exposure", options.exposure, "Stops, for the sheet")
+      ->type_name("STOPS")
+      ->check(CLI::Range(-64., 64.));
+  command
+      .add_option("--workers", options.workers,
+                  "Worker processes of a farm of its own (1); asks for one although "
+                  "TESSERA_SERVER or the config file names a server")
+      ->type_name("K")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--threads", options.threads,
+                  "Threads of each of these workers; else the machine's, divided")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      take_size(line, line.wedge.job);
+      return wedge(settings, line.wedge);
+    };
+  });
+}
+
+void add_submit(CLI::App& app, Line& line) {
+  CLI::App& command =
+      *app.add_subcommand("submit", "Send a scene to the server; prints the job's number");
+  JobOptions& job = line.render.job;
+  add_job_options(command, line, job);
+  command.add_option("--priority", job.priority, "-100 to 100, higher first (0)")->type_name("N");
+  command.add_flag("--mixed", job.mixed, "Take workers of any build, and give up identical bits");
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      take_size(line, line.render.job);
+      return submit(settings, line.render.job);
+    };
+  });
+}
+
+void add_fetch(CLI::App& app, Line& line) {
+  CLI::App& command =
+      *app.add_subcommand("fetch", "Get a job's picture, or what there is of it so far");
+  command.add_option("job", line.jobs, "The job's number")
+      ->required()
+      ->expected(1)
+      ->type_name("JOB");
+  command.add_option("-o,--output", line.fetch.output, "The picture: .exr or .png")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--frame", line.fetch.frame, "Which frame; else the job's first")
+      ->type_name("N");
+  command.add_option("--exposure", line.fetch.exposure, "Stops, for .png")
+      ->type_name("STOPS")
+      ->check(CLI::Range(-64., 64.));
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      line.fetch.job = job_from(line.jobs.front());
+      return fetch(settings, line.fetch);
+    };
+  });
+}
+
+/// A command that takes one job.
+void add_one(CLI::App& app, Line& line, const char* name, const char* about,
+             int (*run)(const Settings&, JobId)) {
+  CLI::App& command = *app.add_subcommand(name, about);
+  command.add_option("job", line.jobs, "The job's number")
+      ->required()
+      ->expected(1)
+      ->type_name("JOB");
+  command.callback([&line, run] {
+    line.command = [&line, run](const Settings& settings) {
+      return run(settings, job_from(line.jobs.front()));
+    };
+  });
+}
+
+/// A command that takes any number of jobs.
+void add_each(CLI::App& app, Line& line, const char* name, const char* about,
+              int (*run)(const Settings&, const std::vector<JobId>&)) {
+  CLI::App& command = *app.add_subcommand(name, about);
+  command.add_option("jobs", line.jobs, "The jobs' numbers")->required()->type_name("JOB");
+  command.callback([&line, run] {
+    line.command = [&line, run](const Settings& settings) {
+      return run(settings, jobs_from(line.jobs));
+    };
+  });
+}
+
+/// A command that takes nothing.
+void add_plain(CLI::App& app, Line& line, const char* name, const char* about,
+               int (*run)(const Settings&)) {
+  CLI::App& command = *app.add_subcommand(name, about);
+  command.callback([&line, run] { line.command = run; });
+}
+
+constexpr const char* footer =
+    "Where flags are lacking, TESSERA_SERVER and TESSERA_TOKEN are taken, then \"server\" and "
+    "\"token\" in\n"
+    "~/.config/tessera/config.json. Exit codes: 0 done, 1 failed, 2 wrong usage or bad input, 3 "
+    "server not reached,\n"
+    "4 refused, 130 interrupted.";
+
+}  // namespace
+
+void describe(CLI::App& app, Line& line) {
+  app.add_option("--server", line.flags.server, "The server's HTTP address (http://127.0.0.1:8420)")
+      ->type_name("URL");
+  app.add_option("--token", line.flags.token, "The token that the server asks for")
+      ->type_name("TOKEN");
+  app.add_flag("--json", line.json, "Answer in JSON, one object a line");
+  app.set_version_flag("--version", fmt::format("tessera {} ({})", version(), build_commit()));
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(footer);
+  add_render(app, line);
+  add_wedge(app, line);
+  add_submit(app, line);
+  add_one(app, line, "watch", "Show a job's progress until it ends", watch);
+  add_one(app, line, "wait", "Wait until a job ends, and say by the exit code how", wait);
+  add_fetch(app, line);
+  add_plain(app, line, "jobs", "List the server's jobs", jobs);
+  add_plain(app, line, "workers", "List the server's workers", workers);
+  add_each(app, line, "cancel", "Cancel jobs", cancel);
+  add_each(app, line, "pause", "Pause jobs", pause);
+  add_each(app, line, "resume", "Go on with paused jobs", resume);
+  for (CLI::App* command : app.get_subcommands({}))
+    command->footer("The options of tessera itself stand here too: see tessera --help.");
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,29 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/commands.hpp"
+#include "client/settings.hpp"
+
+namespace tessera::client {
+
+/// What the parser fills; each command's `run` uses its part.
+struct Line {
+  GivenSettings flags;
+  bool json = false;
+  std::optional<std::string> size;
+  RenderOptions render;  ///< its `job` is submit's too
+  WedgeOptions wedge;
+  FetchOptions fetch;
+  std::vector<std::string> jobs;
+  std::function<int(const Settings&)> command;
+};
+
+/// Every flag and command, told to the parser, which fills `line`. Both must live until the command
+/// has run.
+void describe(CLI::App& app, Line& line);
+
+}  // namespace tessera::client

@@ -1,0 +1,40 @@
+#include "client/memory_file.hpp"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "common/base/error.hpp"
+
+namespace tessera::client {
+
+MemoryFile::MemoryFile(std::string_view bytes) : descriptor_(memfd_create("tessera", MFD_CLOEXEC)) {
+  while (descriptor_ >= 0 && !bytes.empty()) {
+    const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) break;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  if (descriptor_ >= 0 && bytes.empty()) return;
+  const int reason = errno;
+  if (descriptor_ >= 0) close(descriptor_);
+  throw Error(ErrorKind::failed,
+              fmt::format("no memory for an edited scene: {}", std::strerror(reason)));
+}
+
+MemoryFile::~MemoryFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+MemoryFile::MemoryFile(MemoryFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+std::filesystem::path MemoryFile::path() const {
+  return fmt::format("/proc/self/fd/{}", descriptor_);
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string_view>
+
+namespace tessera::client {
+
+/// Bytes in memory under a path that this process can open like any file's, for as long as this
+/// lives. Nothing is left of it, however the process ends.
+class MemoryFile {
+ public:
+  /// Throws Error{failed} if there is no memory for it.
+  explicit MemoryFile(std::string_view bytes);
+  ~MemoryFile();
+  MemoryFile(MemoryFile&& other) noexcept;
+  MemoryFile& operator=(MemoryFile&&) = delete;
+
+  [[nodiscard]] std::filesystem::path path() const;
+
+ private:
+  int descriptor_ = -1;
+};
+
+}  // namespace tessera::client
