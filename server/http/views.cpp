@@ -80,6 +80,7 @@ Json worker_object(const WorkerView& worker) {
           {"threads", worker.info.threads},
           {"build", worker.info.build_id.hex()},
           {"state", worker.state},
+          {"reason", worker.reason.empty() ? Json() : Json(worker.reason)},
           {"leases", worker.leases},
           {"tasks_done", worker.tasks_done},
           {"samples_per_second", worker.samples_per_second},

@@ -18,6 +18,7 @@ std::vector<TaskId> BlameTable::forgive(const std::string& identity) {
     auto& [task, charges] = *entry;
     charges.lost.erase(identity);
     charges.lost_alone.erase(identity);
+    if (charges.lost.empty() && charges.lost_alone.empty()) charges.lost_names.clear();
     if (!charges.none()) {
       ++entry;
       continue;

@@ -14,6 +14,7 @@ namespace tessera::server {
 struct Charges {
   std::set<std::string> lost;        ///< identities that were lost while it ran beside others
   std::set<std::string> lost_alone;  ///< … while it ran alone in its worker
+  std::set<std::string> lost_names;  ///< of the workers of both
   std::set<std::string> erred;       ///< identities that said an error, or sent what it is not
   std::set<LeaseId> invalid;         ///< whose result was not valid; not looked at twice
   int errors = 0;                    ///< how often, in all

@@ -14,16 +14,29 @@ constexpr double loyalty_seconds = 10;
 
 }  // namespace
 
-bool Scheduler::State::eligible(const JobEntry& job, const WorkerEntry& worker) const {
+bool Scheduler::State::able(const JobEntry& job, const WorkerEntry& worker) const {
   return job.state == JobEntry::State::open && job.takes(worker.info.build_id) &&
          !job.unable.contains(worker.info.identity);
 }
 
-bool Scheduler::State::anyone_else(const JobEntry& job, const std::set<std::string>& but) const {
+bool Scheduler::State::eligible(const JobEntry& job, const WorkerEntry& worker) const {
+  if (!able(job, worker)) return false;
+  const Digest& scene = job.plan().spec.bundle;
+  if (crashed.empty() || !crashed.contains({scene, worker.info.name})) return true;
+  // No scene twice for a worker that it crashed, while there is another.
+  return std::none_of(workers.begin(), workers.end(), [&](const auto& entry) {
+    const WorkerEntry& other = entry.second;
+    return !other.draining && !other.barred && able(job, other) &&
+           !crashed.contains({scene, other.info.name});
+  });
+}
+
+bool Scheduler::State::anyone_else(const JobEntry& job, const std::set<std::string>& but,
+                                   const std::set<std::string>& names) const {
   return std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
     const WorkerEntry& worker = entry.second;
     return !worker.draining && !worker.barred && eligible(job, worker) &&
-           !but.contains(worker.info.identity);
+           !but.contains(worker.info.identity) && !names.contains(worker.info.name);
   });
 }
 
@@ -31,10 +44,9 @@ const TaskId* Scheduler::State::suspect_for(const JobEntry& job, const WorkerEnt
   for (const TaskId& task : job.blame.waiting()) {
     if (!job.tasks.within(task)) continue;  // came early, from before a start
     const Charges* charges = job.blame.find(task);
-    if (charges == nullptr || !charges->erred.contains(worker.info.identity) ||
-        !anyone_else(job, charges->erred)) {
-      return &task;
-    }
+    const bool tried = charges != nullptr && (charges->erred.contains(worker.info.identity) ||
+                                              charges->lost_names.contains(worker.info.name));
+    if (!tried || !anyone_else(job, charges->erred, charges->lost_names)) return &task;
   }
   return nullptr;
 }

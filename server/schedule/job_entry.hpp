@@ -41,6 +41,8 @@ struct JobEntry {
   int unable_times = 0;
   std::string unable_reason;  // the last
 
+  std::set<std::string> lost_preparing;  // identities, since a worker was ready
+
   double served = 0;  // thread-seconds granted, by estimate: the share that fairness compares
   Meter pace;         // samples a thread-second
   double preparation_seconds = 0;  // from a worker's first lease to its ready, smoothed
@@ -59,6 +61,7 @@ struct JobEntry {
   }
   /// A worker was ready so long after its first lease.
   void prepared_in(double took) {
+    lost_preparing.clear();
     preparation_seconds =
         preparation_seconds == 0 ? took : 0.75 * preparation_seconds + 0.25 * took;
   }

@@ -56,15 +56,24 @@ void Scheduler::State::unreserve(WorkerEntry& worker) {
   if (JobEntry* entry = live_job(id)) put_back(*entry, task);
 }
 
-void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task,
-                                          const std::string& identity, bool alone,
-                                          Actions& actions) {
+void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task, const WorkerInfo& lost,
+                                          bool alone, Actions& actions) {
   Charges& charges = job.blame.charge(task);
-  (alone ? charges.lost_alone : charges.lost).insert(identity);
+  (alone ? charges.lost_alone : charges.lost).insert(lost.identity);
+  charges.lost_names.insert(lost.name);
   if (charges.lost_alone.size() < static_cast<std::size_t>(settings.deaths_alone)) return;
   fail(job,
        fmt::format("{} ended {} workers that ran nothing else", text_of(task),
                    charges.lost_alone.size()),
+       actions);
+}
+
+void Scheduler::State::lost_while_preparing(JobEntry& job, const WorkerInfo& lost,
+                                            Actions& actions) {
+  crashed[{job.plan().spec.bundle, lost.name}].insert(lost.identity);
+  job.lost_preparing.insert(lost.identity);
+  if (job.lost_preparing.size() < static_cast<std::size_t>(settings.deaths_alone)) return;
+  fail(job, fmt::format("preparing its scene ended {} workers in a row", job.lost_preparing.size()),
        actions);
 }
 
@@ -75,7 +84,7 @@ void Scheduler::State::give_back(WorkerEntry& worker, std::uint64_t number, bool
   JobEntry* entry = live_job(held.job);
   if (entry == nullptr) return;
   if (ran && is_awaited(*entry, held.task))
-    lost_while_running(*entry, held.task, worker.info.identity, alone, actions);
+    lost_while_running(*entry, held.task, worker.info, alone, actions);
   if (entry->live()) put_back(*entry, held.task);
 }
 
@@ -112,6 +121,7 @@ void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions
     if (all || (held.runs && held.advanced + held.stall <= now)) revoke.leases.push_back(held.id);
   }
   worker.expired.insert(revoke.leases.begin(), revoke.leases.end());
+  fault_of(worker, worker.leases.begin()->second.job, "no progress for too long");
   actions.emplace_back(revoke);
   if (all) return give_back_all(worker, true, actions);
   for (const LeaseId& lease : revoke.leases) {
@@ -164,8 +174,34 @@ void Scheduler::State::judge_preparation(JobEntry& job, const std::string& reaso
 void Scheduler::State::offend(WorkerEntry& worker) {
   Identity& identity = identities[worker.info.identity];
   if (++identity.offences < settings.offences) return;
-  worker.barred = true;
+  bar(worker, "it sent results that it was not asked for, or that were not what was asked");
   worker.offended = true;
+  touched.insert(worker.id);
+}
+
+void Scheduler::State::fault_of(WorkerEntry& worker, JobId job, const std::string& reason) {
+  Identity& identity = identities[worker.info.identity];
+  identity.failures[job] = reason;
+  // A job that nobody has rendered anything of may be at fault itself.
+  int elsewhere = 0;
+  std::string said;
+  for (const auto& [id, what] : identity.failures) {
+    const JobEntry* failed = this->job(id);
+    if (failed == nullptr || failed->tasks.closed() == 0) continue;
+    ++elsewhere;
+    said += fmt::format("{}job {}: {}", said.empty() ? "" : "; ", id, what);
+  }
+  const bool others = std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
+    return entry.first != worker.id && !entry.second.barred && !entry.second.draining;
+  });
+  if (elsewhere < settings.jobs_failed || !others) return;
+  bar(worker, fmt::format("it failed on {} jobs that other workers render ({})", elsewhere, said));
+}
+
+void Scheduler::State::bar(WorkerEntry& worker, const std::string& reason) {
+  identities[worker.info.identity].quarantine = reason;
+  worker.barred = true;
+  unreserve(worker);
   touched.insert(worker.id);
 }
 

@@ -90,6 +90,7 @@ Actions Scheduler::result_invalid(WorkerId worker, const LeaseId& lease, JobId j
   }
   if (!reason.empty() && entry != nullptr) {
     state_->rest(*entry, now);
+    state_->fault_of(*entry, job, "an invalid result: " + reason);
     state_->offend(*entry);
   }
   state_->settle(now, actions);
@@ -104,6 +105,7 @@ Actions Scheduler::result_durable(WorkerId worker, const LeaseId& lease, JobId j
   if (WorkerEntry* entry = state_->worker(worker)) {
     ++entry->tasks_done;
     entry->errors_in_row = 0;
+    state_->identities[entry->info.identity].failures.clear();
   }
   JobEntry* owner = state_->live_job(job);
   if (owner != nullptr) {

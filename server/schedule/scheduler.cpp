@@ -104,8 +104,9 @@ std::vector<WorkerView> Scheduler::workers(Instant now) const {
     for (const auto& [job, part] : worker.parts) {
       if (part.samples_held > 0) speed = std::max(speed, part.speed.rate());
     }
-    views.push_back({id, worker.info, state_of(worker), worker.leases.size(), worker.tasks_done,
-                     speed, seconds(now - worker.heard)});
+    views.push_back({id, worker.info, state_of(worker),
+                     state_->identities.at(worker.info.identity).quarantine, worker.leases.size(),
+                     worker.tasks_done, speed, seconds(now - worker.heard)});
   }
   return views;
 }

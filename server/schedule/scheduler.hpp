@@ -47,6 +47,9 @@ struct SchedulerSettings {
   int deaths_alone = 3;  ///< of a suspect that ran alone: its job fails
   int errors_said = 3;   ///< by different workers for one task: its job fails
   int offences = 3;  ///< results rejected or invalid: the worker is dropped, and granted no more
+  /// Jobs on which a worker failed since its last good result, while others render them: it is
+  /// granted no more.
+  int jobs_failed = 2;
 };
 
 /// One per coordinator. Every function that takes `now` gives back what is to be done because of
@@ -105,6 +108,13 @@ class Scheduler {
                         const std::string& reason, Instant now);
   /// Grants it no more; it finishes what it holds.
   Actions drain_worker(WorkerId worker, Instant now);
+  /// It is granted tasks again.
+  Actions undrain_worker(WorkerId worker, Instant now);
+  /// Grants it no more, also when it comes back, until it is released; its leases are revoked, and
+  /// are nobody's fault.
+  Actions quarantine_worker(WorkerId worker, const std::string& reason, Instant now);
+  /// Whatever it was quarantined for is forgotten.
+  Actions release_worker(WorkerId worker, Instant now);
 
   // ---- results ----
   /// Also for leases that have expired or are of an earlier epoch. `take` marks the task as being

@@ -32,11 +32,16 @@ struct Scheduler::State {
     WorkerId worker = 0;
     bool connected = false;  // worker_left of its last connection has not been said
     int offences = 0;
+    std::map<JobId, std::string> failures;  // since its last good result: what it said
+    std::string quarantine;                 // why it is granted nothing; empty: it is
   };
   // Looked up, never walked through.
   std::unordered_map<std::string, Identity> identities;
   std::unordered_map<WorkerId, std::string>
       dropped;  // connections that were told to end and have not yet
+  /// Scenes whose preparation a worker did not survive, as far as is known: (bundle, name) to the
+  /// identities that have not come back. A worker that is started again has a new identity.
+  std::map<std::pair<Digest, std::string>, std::set<std::string>> crashed;
   WorkerId last_worker = 0;
 
   Timers timers;
@@ -56,9 +61,13 @@ struct Scheduler::State {
   WorkerEntry* worker(WorkerId id);
 
   // ---- grants.cpp: what goes out ----
+  /// It can prepare the job, as far as is known.
+  [[nodiscard]] bool able(const JobEntry& job, const WorkerEntry& worker) const;
   [[nodiscard]] bool eligible(const JobEntry& job, const WorkerEntry& worker) const;
-  /// True if a connected worker that is not among `but` may take the job.
-  [[nodiscard]] bool anyone_else(const JobEntry& job, const std::set<std::string>& but) const;
+  /// True if a connected worker that is not among `but`, by identity, may take the job; nor among
+  /// `names`.
+  [[nodiscard]] bool anyone_else(const JobEntry& job, const std::set<std::string>& but,
+                                 const std::set<std::string>& names = {}) const;
   [[nodiscard]] const TaskId* suspect_for(const JobEntry& job, const WorkerEntry& worker) const;
   JobEntry* pick(const WorkerEntry& worker);
   void grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone, Instant now,
@@ -104,8 +113,10 @@ struct Scheduler::State {
   void clear_reservation(WorkerEntry& worker);
   /// … and the suspect waits for another.
   void unreserve(WorkerEntry& worker);
-  void lost_while_running(JobEntry& job, const TaskId& task, const std::string& identity,
-                          bool alone, Actions& actions);
+  void lost_while_running(JobEntry& job, const TaskId& task, const WorkerInfo& lost, bool alone,
+                          Actions& actions);
+  /// The worker was lost while it built this job's scene.
+  void lost_while_preparing(JobEntry& job, const WorkerInfo& lost, Actions& actions);
   void give_back_all(WorkerEntry& worker, bool blame, Actions& actions);
   /// A lease that ends without a result; `ran`: its worker is charged with it.
   void give_back(WorkerEntry& worker, std::uint64_t number, bool ran, Actions& actions);
@@ -120,6 +131,9 @@ struct Scheduler::State {
   void rest(WorkerEntry& worker, Instant now);
   void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
   void offend(WorkerEntry& worker);
+  /// It failed where others do not: on tasks of different jobs, that bars it.
+  void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);
+  void bar(WorkerEntry& worker, const std::string& reason);
 
   // ---- waiting.cpp ----
   /// Why a job has work and none of it is out; empty if there is no such reason.

@@ -23,6 +23,7 @@ struct WorkerView {
   WorkerInfo info;
   /// "idle", "preparing", "rendering", "stalled" (its leases expired), "draining", "quarantined"
   std::string state;
+  std::string reason;  ///< why it is quarantined
   std::size_t leases = 0;
   std::int64_t tasks_done = 0;
   double samples_per_second = 0;  ///< measured, smoothed

@@ -10,6 +10,21 @@ WorkerEntry* Scheduler::State::worker(WorkerId id) {
   return found == workers.end() ? nullptr : &found->second;
 }
 
+namespace {
+
+/// Jobs of which it holds leases and has not built the scene.
+std::set<JobId> in_preparation(const WorkerEntry& worker) {
+  std::set<JobId> jobs;
+  for (const auto& [number, held] : worker.leases) {
+    const auto part = worker.parts.find(held.job);
+    if (part == worker.parts.end() || !part->second.ready) jobs.insert(held.job);
+    break;  // one at a time, in the order of its leases
+  }
+  return jobs;
+}
+
+}  // namespace
+
 void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
   // Taken out first: what follows speaks to the workers that are there.
   auto node = workers.extract(id);
@@ -20,8 +35,13 @@ void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
     group->second.erase(id);
     if (group->second.empty()) hungry.erase(group);
   }
+  const std::set<JobId> unprepared = blame ? in_preparation(gone) : std::set<JobId>{};
   give_back_all(gone, blame, actions);
+  for (const JobId job : unprepared) {
+    if (JobEntry* entry = live_job(job)) lost_while_preparing(*entry, gone.info, actions);
+  }
   touched.erase(id);
+  if (!crashed.empty()) work_appeared = true;  // the last that a scene did not crash may have gone
   for (JobEntry* entry : order) {
     if (entry->unable.empty() || anyone_else(*entry, entry->unable)) continue;
     entry->unable.clear();  // those who could are gone: the others may try again
@@ -47,8 +67,11 @@ Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) 
   identity.connected = true;
   const auto place = state_->workers.try_emplace(identity.worker, identity.worker, info, now).first;
   WorkerEntry& worker = place->second;
-  worker.barred = identity.offences >= state_->settings.offences;
+  worker.barred = !identity.quarantine.empty();
+  for (auto& [scene, lost] : state_->crashed) lost.erase(info.identity);
+  std::erase_if(state_->crashed, [](const auto& entry) { return entry.second.empty(); });
   for (JobEntry* job : state_->order) {
+    job->lost_preparing.erase(info.identity);
     for (const TaskId& task : job->blame.forgive(info.identity)) state_->put_back(*job, task);
   }
   state_->timers.arm(worker, worker.due(state_->settings));
@@ -154,6 +177,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
     if (held != entry->leases.end() && held->second.id == *lease && held->second.job == job) {
       const HeldLease ended = state_->end_lease(*entry, lease->number);
       state_->rest(*entry, now);
+      state_->fault_of(*entry, job, reason);
       if (failed != nullptr && state_->is_awaited(*failed, ended.task)) {
         state_->error_said(*failed, ended.task, identity, reason, actions);
       }
@@ -171,6 +195,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
     ++failed->unable_times;
     failed->unable_reason = reason;
     state_->rest(*entry, now);
+    state_->fault_of(*entry, job, reason);
     for (const HeldLease& held : given_back) state_->put_back(*failed, held.task);
     state_->judge_preparation(*failed, reason, actions);
   }
@@ -183,6 +208,43 @@ Actions Scheduler::drain_worker(WorkerId worker, Instant now) {
   if (WorkerEntry* entry = state_->worker(worker)) {
     entry->draining = true;
     state_->unreserve(*entry);
+    state_->touched.insert(worker);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::undrain_worker(WorkerId worker, Instant now) {
+  Actions actions;
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    entry->draining = false;
+    state_->touched.insert(worker);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::quarantine_worker(WorkerId worker, const std::string& reason, Instant now) {
+  Actions actions;
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    state_->bar(*entry, reason);
+    RevokeLeases revoke{worker, {}, "the worker is quarantined: " + reason};
+    for (const auto& [number, held] : entry->leases) revoke.leases.push_back(held.id);
+    if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));
+    state_->give_back_all(*entry, false, actions);
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::release_worker(WorkerId worker, Instant now) {
+  Actions actions;
+  if (WorkerEntry* entry = state_->worker(worker)) {
+    State::Identity& identity = state_->identities[entry->info.identity];
+    identity.offences = 0;
+    identity.failures.clear();
+    identity.quarantine.clear();
+    entry->barred = false;
     state_->touched.insert(worker);
   }
   state_->settle(now, actions);

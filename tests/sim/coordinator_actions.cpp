@@ -138,7 +138,7 @@ bool Coordinator::waits(JobId id, bool plain) const {
 
 bool Coordinator::quarantined(server::WorkerId worker) const {
   const auto views = scheduler_->workers(world_.events.now());
-  return world_.weather.corrupt > 0 &&
+  return world_.weather.corrupt + world_.weather.error > 0 &&
          std::any_of(views.begin(), views.end(), [&](const server::WorkerView& view) {
            return view.id == worker && view.state == "quarantined";
          });

@@ -1,0 +1,178 @@
+// Workers that are kept away from work, by the scheduler or by a person.
+#include <gmock/gmock.h>
+
+#include "tests/unit/schedule/schedule_fixture.hpp"
+
+namespace tessera::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+class QuarantineTest : public ScheduleTest {
+ protected:
+  WorkerView view(WorkerId worker) {
+    for (const WorkerView& one : scheduler_.workers(now_))
+      if (one.id == worker) return one;
+    return {};
+  }
+  void fail_one(WorkerId worker) {
+    const GrantLease grant = held_[worker].at(0);
+    held_[worker].erase(held_[worker].begin());
+    take(scheduler_.worker_failed(worker, grant.job, grant.lease, "out of memory", now_));
+  }
+  void render_one(WorkerId worker) {
+    for (const WorkerView& one : scheduler_.workers(now_)) scheduler_.worker_heard(one.id, now_);
+    pass(0.6);
+    finish_one(worker);
+  }
+  /// Everyone is heard; errors' rests go by.
+  void rest() {
+    for (int i = 0; i < 4; ++i) {
+      for (const WorkerView& one : scheduler_.workers(now_)) scheduler_.worker_heard(one.id, now_);
+      pass(0.5);
+    }
+  }
+  /// `bad` holds leases of jobs 1 and then 2; `good` has rendered a task of both.
+  void two_jobs() {
+    add(1, spec(40, 1));
+    good_ = join("good");
+    ready(good_, 1);
+    render_one(good_);
+    bad_ = join("bad");
+    JobSpec urgent = spec(40, 1);
+    urgent.priority = 1;
+    add(2, urgent);
+    while (held_[good_].at(0).job == 1) render_one(good_);
+    ready(good_, 2);
+    render_one(good_);
+    ASSERT_EQ(held_[bad_].at(0).job, 1U);
+  }
+  WorkerId good_ = 0, bad_ = 0;
+};
+
+TEST_F(QuarantineTest, AWorkerThatFailsOnTwoJobsThatOthersRenderGetsNoMoreAndItIsSaidWhy) {
+  two_jobs();
+  fail_one(bad_);
+  EXPECT_EQ(view(bad_).reason, "");
+  fail_one(bad_);
+  rest();
+  ASSERT_FALSE(held_[bad_].empty());
+  ASSERT_EQ(held_[bad_][0].job, 2U);
+  fail_one(bad_);
+  EXPECT_EQ(view(bad_).state, "quarantined");
+  EXPECT_THAT(view(bad_).reason, HasSubstr("2 jobs"));
+  EXPECT_THAT(view(bad_).reason, HasSubstr("out of memory"));
+  while (!held_[bad_].empty()) fail_one(bad_);
+  rest();
+  EXPECT_TRUE(held_[bad_].empty());
+  leave(bad_, true);
+  EXPECT_EQ(view(join("bad")).state, "quarantined") << "also when it comes back";
+  take(scheduler_.release_worker(bad_, now_));
+  EXPECT_FALSE(held_[bad_].empty());
+  EXPECT_EQ(view(bad_).reason, "");
+}
+
+TEST_F(QuarantineTest, AGoodResultInBetweenShowsThatTheWorkerIsWell) {
+  two_jobs();
+  fail_one(bad_);
+  ready(bad_, 1);
+  render_one(bad_);
+  rest();
+  while (!held_[bad_].empty() && held_[bad_][0].job == 1) render_one(bad_);
+  ASSERT_EQ(held_[bad_].at(0).job, 2U);
+  fail_one(bad_);
+  EXPECT_NE(view(bad_).state, "quarantined");
+}
+
+TEST_F(QuarantineTest, JobsThatNobodyRendersAreNotHeldAgainstAWorker) {
+  add(1, spec(40, 1));
+  const WorkerId a = join("a");
+  fail_one(a);
+  JobSpec urgent = spec(40, 1);
+  urgent.priority = 1;
+  add(2, urgent);
+  join("b");
+  fail_one(a);
+  rest();
+  ASSERT_EQ(held_[a].at(0).job, 2U);
+  fail_one(a);
+  EXPECT_NE(view(a).state, "quarantined");
+}
+
+TEST_F(QuarantineTest, ASceneIsNotGivenTwiceToAWorkerThatItCrashed) {
+  add(1, spec(40, 1));
+  const auto start = [&](const std::string& process, const std::string& name) {
+    const WorkerInfo info{name, process, 1, digest_of("build")};
+    auto joined = scheduler_.worker_joined(info, now_);
+    take(joined.actions);
+    return joined.worker;
+  };
+  const WorkerId small = start("process 1", "small");
+  ASSERT_EQ(held_[small].size(), 2U);
+  leave(small, false);  // while it built the scene
+  const WorkerId again = start("process 2", "small");
+  EXPECT_EQ(held_[again].size(), 2U) << "there is nobody else";
+  leave(again, true);
+  const WorkerId large = start("process 3", "large");
+  ready(large);
+  EXPECT_EQ(held_[large].size(), 2U);
+  const WorkerId third = start("process 4", "small");
+  EXPECT_TRUE(held_[third].empty());
+  leave(large, true);
+  EXPECT_EQ(held_[third].size(), 2U) << "the last that can has gone";
+}
+
+TEST_F(QuarantineTest, AWorkerThatOnlyLostItsConnectionIsGivenTheSceneAgain) {
+  add(1, spec(40, 1));
+  const WorkerId a = join("a");
+  leave(a, false);
+  ready(join("b"));
+  EXPECT_EQ(held_[join("a")].size(), 2U);
+}
+
+TEST_F(QuarantineTest, ThreeDeathsInPreparationWithNoneThatSurvivesItFailTheJob) {
+  add(1, spec(40, 1));
+  for (const char* name : {"a", "b"}) leave(join(name), false);
+  EXPECT_TRUE(failed_.empty());
+  leave(join("c"), false);
+  EXPECT_THAT(failed_[1], HasSubstr("3 workers"));
+}
+
+TEST_F(QuarantineTest, ASurvivorOfPreparationEndsTheRow) {
+  add(1, spec(40, 1));
+  for (const char* name : {"a", "b"}) leave(join(name), false);
+  ready(join("good"));
+  for (const char* name : {"c", "d"}) leave(join(name), false);
+  EXPECT_TRUE(failed_.empty());
+}
+
+TEST_F(QuarantineTest, APersonQuarantinesAndReleases) {
+  add(1, spec(4, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  take(scheduler_.quarantine_worker(a, "its fan is broken", now_));
+  EXPECT_TRUE(held_[a].empty());
+  EXPECT_EQ(view(a).state, "quarantined");
+  EXPECT_EQ(view(a).reason, "its fan is broken");
+  const WorkerId b = join("b");
+  ready(b);
+  EXPECT_EQ(held_[b].size(), 2U) << "what it held is out again, and no suspect";
+  take(scheduler_.release_worker(a, now_));
+  EXPECT_EQ(held_[a].size(), 2U);
+}
+
+TEST_F(QuarantineTest, ADrainCanBeTakenBack) {
+  add(1, spec(10, 1));
+  const WorkerId a = join("a");
+  ready(a);
+  take(scheduler_.drain_worker(a, now_));
+  finish_one(a);
+  finish_one(a);
+  EXPECT_TRUE(held_[a].empty());
+  take(scheduler_.undrain_worker(a, now_));
+  EXPECT_FALSE(held_[a].empty());
+  EXPECT_EQ(view(a).state, "rendering");
+}
+
+}  // namespace
+}  // namespace tessera::server
