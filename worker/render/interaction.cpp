@@ -19,6 +19,8 @@ Vec3 larger(const Vec3& a, const Vec3& b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 
+float max_of(const Vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
+
 /// A point in the space of its group, its normals (not yet of unit length), and the size of the
 /// coordinates it came from.
 struct Local {
@@ -143,9 +145,11 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
     if (!(length_squared(n) > 0)) n = point.normal;
   }
   point.shading = Frame(n);
-  const Vec3 a = absolute(at.p);
+  const float reach = max_of(absolute(at.p)), size = max_of(local.extent);
+  // Never 0, not even at the origin of a face whose plane goes through it: a ray that starts in the
+  // very plane meets it.
   at.error = roundings * rounding *
-             (dot(absolute(point.normal), local.extent) + std::max(a.x, std::max(a.y, a.z)));
+             (dot(absolute(point.normal), local.extent) + std::max(reach, rounding * size));
   return at;
 }
 
