@@ -156,6 +156,8 @@ TaskRequest request_of(const Take& take, std::uint64_t seed) {
   request.settings.height = take.side;
   request.settings.bounces = take.bounces;
   request.settings.light_samples = take.light_samples;
+  request.settings.integrator = take.integrator;
+  request.settings.sampler = take.sampler;
   request.settings.filter = "box";
   request.settings.seed = seed;
   request.window = {0, 0, take.side, take.side};

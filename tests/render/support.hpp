@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "common/scene/description.hpp"
@@ -49,6 +50,8 @@ struct Take {
   int bounces = 0;
   int light_samples = 1;
   int threads = 2;
+  std::string integrator = "path";
+  std::string sampler = "sobol_owen";
 };
 TaskRequest request_of(const Take& take, std::uint64_t seed);
 RenderedTask render(const Scene& scene, const Take& take, std::uint64_t seed);
