@@ -9,9 +9,9 @@
 #include <set>
 #include <utility>
 
-#include "common/assets/file.hpp"
 #include "common/assets/pin_board.hpp"
 #include "common/base/error.hpp"
+#include "common/base/file.hpp"
 #include "common/base/files.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/random.hpp"

@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "common/assets/file.hpp"
 #include "common/base/digest.hpp"
+#include "common/base/file.hpp"
 
 namespace tessera::assets {
 

@@ -1,6 +1,5 @@
 #include "server/store/journal.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +22,7 @@ constexpr std::size_t header_size = 16;
 /// What was appended last stays in memory, for passes that came early are read back soon. Of the
 /// rest nobody reads before a restart: dropped, its memory takes the next results, at a fraction of
 /// the cost of memory that the system has to find anew.
-constexpr std::uint64_t kept_in_memory = 64 * limits::MiB;
+constexpr std::uint64_t kept_in_memory = 16 * limits::MiB;
 constexpr std::size_t record_most = limits::wire_body + 4 * limits::KiB;
 
 std::array<std::byte, header_size> segment_header() {
@@ -31,6 +30,15 @@ std::array<std::byte, header_size> segment_header() {
   std::memcpy(header.data(), magic.data(), magic.size());
   std::memcpy(header.data() + magic.size(), &version, sizeof version);
   return header;
+}
+
+/// A segment that was indexed and is not there any more is a failure, and no mistake of who asks.
+File opened(const std::filesystem::path& segment) {
+  try {
+    return {segment, O_RDONLY};
+  } catch (const Error& error) {
+    throw Error(ErrorKind::failed, error.message(), error.place());
+  }
 }
 
 }  // namespace
@@ -60,13 +68,13 @@ std::set<std::uint64_t> Journal::segments() const {
 }
 
 std::uint64_t Journal::size_of(std::uint64_t segment) const {
-  return DiskFile(path_of(segment), O_RDONLY).size();
+  return File(path_of(segment), O_RDONLY).size();
 }
 
 void Journal::begin_segment() {
   ++number_;
-  DiskFile fresh(path_of(number_), O_RDWR | O_CREAT | O_EXCL);
-  fresh.write(segment_header(), 0);
+  File fresh(path_of(number_), O_RDWR | O_CREAT | O_EXCL, owner_only);
+  fresh.write_at(segment_header(), 0);
   if (durable_) {
     fresh.sync();
     sync_folder(folder_);
@@ -98,7 +106,7 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
   }
   last_ = end_;
   try {
-    file_.write(pieces, end_);
+    file_.write_at(pieces, end_);
   } catch (const Error&) {
     undo();
     throw;
@@ -132,18 +140,18 @@ void Journal::undo() {
 }
 
 StoredResult Journal::read(const ResultPlace& place) const {
-  const DiskFile file(path_of(place.segment), O_RDONLY);
+  const File file = opened(path_of(place.segment));
   if (place.length < record_prefix || place.length > record_most ||
       place.offset + place.length > file.size()) {
     throw Error(ErrorKind::failed, fmt::format("{} has no record of {} bytes at {}",
                                                file.path().string(), place.length, place.offset));
   }
   std::array<std::byte, header_size> header{};
-  file.read(header, 0);
+  file.read_at(header, 0);
   if (header != segment_header())
     throw Error(ErrorKind::failed, file.path().string() + " is no journal segment of this version");
   std::vector<std::byte> bytes(place.length);
-  file.read(bytes, place.offset);
+  file.read_at(bytes, place.offset);
   try {
     return parse_record(bytes);
   } catch (const Error& error) {

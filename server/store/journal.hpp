@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "server/store/disk_file.hpp"
+#include "common/base/file.hpp"
 #include "server/store/records.hpp"
 
 namespace tessera::server {
@@ -44,7 +44,7 @@ class Journal {
   bool durable_;
   std::uint64_t segment_bytes_;
   std::uint64_t number_ = 0;  // of the newest segment
-  DiskFile file_;             // the current one, or none
+  File file_;                 // the current one, or none
   std::uint64_t end_ = 0;     // of its records
   std::uint64_t last_ = 0;    // where the last append began
   std::uint64_t cached_ = 0;  // before it the system was told to keep nothing in memory

@@ -16,13 +16,17 @@ constexpr std::size_t identity_most = 255;
 class Writer {
  public:
   explicit Writer(std::vector<std::byte>& bytes) : bytes_(bytes) {}
-  void raw(const void* data, std::size_t size) {
-    const auto* from = static_cast<const std::byte*>(data);
-    bytes_.insert(bytes_.end(), from, from + size);
+  void raw(std::span<const std::byte> from) {
+    bytes_.insert(bytes_.end(), from.begin(), from.end());
   }
   template <class T>
-  void number(T value) {
-    raw(&value, sizeof value);
+  void number(const T& value) {
+    raw(std::as_bytes(std::span(&value, 1)));
+  }
+  void digest(const Digest& value) { raw(std::as_bytes(std::span(value.bytes))); }
+  void text(const std::string& value) {
+    number(static_cast<std::uint8_t>(value.size()));
+    raw(std::as_bytes(std::span(value)));
   }
 
  private:
@@ -40,20 +44,41 @@ class Reader {
     return piece;
   }
   template <class T>
-  T number() {
-    T value{};
-    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
-    return value;
-  }
-  template <class T>
   void number(T& value) {
-    value = number<T>();
+    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
+  }
+  void digest(Digest& value) {
+    std::memcpy(value.bytes.data(), raw(value.bytes.size()).data(), value.bytes.size());
+  }
+  void text(std::string& value) {
+    std::uint8_t size = 0;
+    number(size);
+    const auto piece = raw(size);
+    value.assign(reinterpret_cast<const char*>(piece.data()), piece.size());
   }
   std::span<const std::byte> rest() { return raw(bytes_.size()); }
 
  private:
   std::span<const std::byte> bytes_;
 };
+
+/// All that stands before the EXR, in its order: written by a Writer, read by a Reader.
+template <class Stream, class Info>
+void pass_through(Stream& stream, Info& info) {
+  stream.number(info.job);
+  stream.digest(info.plan);
+  stream.number(info.task.frame);
+  stream.number(info.task.tile);
+  stream.number(info.task.pass);
+  stream.number(info.lease.epoch);
+  stream.number(info.lease.number);
+  stream.number(info.samples);
+  stream.number(info.rays);
+  stream.number(info.rejected);
+  stream.number(info.seconds);
+  stream.number(info.cpu_seconds);
+  stream.text(info.identity);
+}
 
 }  // namespace
 
@@ -67,20 +92,7 @@ std::vector<std::byte> record_head(const ResultInfo& info, std::span<const std::
   head.reserve(usual);
   Writer out(head);
   out.number(std::uint64_t{0});  // the prefix, when both are known
-  out.number(info.job);
-  out.raw(info.plan.bytes.data(), info.plan.bytes.size());
-  out.number(info.task.frame);
-  out.number(info.task.tile);
-  out.number(info.task.pass);
-  out.number(info.lease.epoch);
-  out.number(info.lease.number);
-  out.number(info.samples);
-  out.number(info.rays);
-  out.number(info.rejected);
-  out.number(info.seconds);
-  out.number(info.cpu_seconds);
-  out.number(static_cast<std::uint8_t>(info.identity.size()));
-  out.raw(info.identity.data(), info.identity.size());
+  pass_through(out, info);
   const auto length = static_cast<std::uint32_t>(head.size() - record_prefix + exr.size());
   const std::uint32_t crc =
       crc32c(exr, crc32c(std::span<const std::byte>(head).subspan(record_prefix)));
@@ -91,29 +103,15 @@ std::vector<std::byte> record_head(const ResultInfo& info, std::span<const std::
 
 StoredResult parse_record(std::span<const std::byte> bytes) {
   Reader in(bytes);
-  const auto length = in.number<std::uint32_t>();
-  const auto crc = in.number<std::uint32_t>();
+  std::uint32_t length = 0, crc = 0;
+  in.number(length);
+  in.number(crc);
   if (length != bytes.size() - record_prefix)
     throw Error(ErrorKind::failed, "a journal record has another length than the index says");
   if (crc != crc32c(bytes.subspan(record_prefix)))
     throw Error(ErrorKind::failed, "a journal record is damaged: its CRC differs");
   StoredResult result;
-  ResultInfo& info = result.info;
-  in.number(info.job);
-  const auto plan = in.raw(info.plan.bytes.size());
-  std::memcpy(info.plan.bytes.data(), plan.data(), plan.size());
-  in.number(info.task.frame);
-  in.number(info.task.tile);
-  in.number(info.task.pass);
-  in.number(info.lease.epoch);
-  in.number(info.lease.number);
-  in.number(info.samples);
-  in.number(info.rays);
-  in.number(info.rejected);
-  in.number(info.seconds);
-  in.number(info.cpu_seconds);
-  const auto identity = in.raw(in.number<std::uint8_t>());
-  info.identity.assign(reinterpret_cast<const char*>(identity.data()), identity.size());
+  pass_through(in, result.info);
   const auto exr = in.rest();
   result.exr.assign(exr.begin(), exr.end());
   return result;

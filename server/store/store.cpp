@@ -1,13 +1,12 @@
 #include "server/store/store.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 
 #include "common/base/error.hpp"
+#include "common/base/file.hpp"
 #include "common/base/log.hpp"
 #include "server/store/index.hpp"
 #include "server/store/journal.hpp"
@@ -23,21 +22,19 @@ void make_folder(const std::filesystem::path& folder) {
                                                folder.string(), error.message()));
 }
 
-/// Held as long as it is open, also against the same process; the system lets it go when the
-/// process dies.
-DiskFile locked(const std::filesystem::path& folder) {
+File locked(const std::filesystem::path& folder) {
   make_folder(folder / "journal");
-  DiskFile lock(folder / "lock", O_RDWR | O_CREAT);
-  if (::flock(lock.descriptor(), LOCK_EX | LOCK_NB) != 0) {
+  File lock(folder / "lock", O_RDWR | O_CREAT, owner_only);
+  if (!lock.try_lock()) {
     std::string holder(std::min<std::size_t>(lock.size(), 20), '\0');
-    lock.read(std::as_writable_bytes(std::span(holder)), 0);
+    lock.read_at(std::as_writable_bytes(std::span(holder)), 0);
     throw Error(ErrorKind::conflict,
                 fmt::format("data folder {} is in use by another coordinator (process {})",
                             folder.string(), holder.empty() ? "unknown" : holder));
   }
   const std::string process = std::to_string(::getpid());
   lock.truncate(0);
-  lock.write(std::as_bytes(std::span(process)), 0);
+  lock.write_at(std::as_bytes(std::span(process)), 0);
   return lock;
 }
 
@@ -76,7 +73,7 @@ struct Store::State {
   }
 
   std::filesystem::path folder;
-  DiskFile lock;
+  File lock;
   Index index;
   Journal journal;
   std::array<std::uint8_t, 16> key{};
