@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cassert>
-#include <cstring>
 #include <string>
 
+#include "common/base/limits.hpp"
 #include "common/image/exr_layout.hpp"
 #include "common/image/picture.hpp"
 #include "common/image/zip.hpp"
@@ -40,75 +40,136 @@ float variance_of_mean(float m2, std::uint32_t n) {
   return static_cast<float>(static_cast<double>(m2) / (count * (count - 1)));
 }
 
-void fill_row(const FrameImage& frame, const OutputChannel& channel, std::size_t y,
-              std::span<float> row) {
-  const std::size_t first = y * row.size();
-  const std::span<const std::uint32_t> samples =
-      std::span(frame.samples).subspan(first, row.size());
-  const std::span<const float> values = frame.plane(channel.plane).subspan(first, row.size());
-  switch (channel.source) {
-    case OutputChannel::Source::plane:
-      std::copy(values.begin(), values.end(), row.begin());
-      return;
-    case OutputChannel::Source::variance:
-      std::transform(values.begin(), values.end(), samples.begin(), row.begin(), variance_of_mean);
-      return;
-    case OutputChannel::Source::samples:
-      std::transform(samples.begin(), samples.end(), row.begin(),
+/// Rows of a FrameImage.
+class RowsInMemory : public FrameRows {
+ public:
+  explicit RowsInMemory(const FrameImage& frame) : frame_(frame) {
+    assert(frame.values.size() == channel_count * frame.pixels() &&
+           frame.samples.size() == frame.pixels());
+  }
+  [[nodiscard]] int width() const override { return frame_.width; }
+  [[nodiscard]] int height() const override { return frame_.height; }
+  void values(std::size_t channel, int y, std::span<float> row) const override {
+    copy(frame_.plane(channel), y, row);
+  }
+  void samples(int y, std::span<std::uint32_t> row) const override {
+    copy<std::uint32_t>(frame_.samples, y, row);
+  }
+
+ private:
+  template <class Value>
+  static void copy(std::span<const Value> plane, int y, std::span<Value> row) {
+    const auto from = plane.subspan(static_cast<std::size_t>(y) * row.size(), row.size());
+    std::copy(from.begin(), from.end(), row.begin());
+  }
+  const FrameImage& frame_;
+};
+
+class BytesInMemory : public ByteSink {
+ public:
+  /// Memory that is reserved and not used costs nothing; growing costs copies.
+  explicit BytesInMemory(std::size_t most) { bytes_.reserve(most); }
+  void append(std::span<const std::byte> bytes) override {
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  void replace(std::size_t offset, std::span<const std::byte> bytes) override {
+    assert(offset + bytes.size() <= bytes_.size());
+    std::copy(bytes.begin(), bytes.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(offset));
+  }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// The file's rows, channel after channel in each, as they stand in a chunk.
+class RowWriter {
+ public:
+  RowWriter(const FrameRows& frame, const std::vector<OutputChannel>& channels)
+      : frame_(frame), channels_(channels), samples_(static_cast<std::size_t>(frame.width())) {}
+
+  /// Rows [first, last); valid until the next call.
+  std::span<const std::byte> rows(int first, int last) {
+    const std::size_t width = samples_.size();
+    chunk_.resize(static_cast<std::size_t>(last - first) * channels_.size() * width);
+    auto rest = std::span(chunk_);
+    for (int y = first; y < last; ++y) {
+      frame_.samples(y, samples_);
+      for (const OutputChannel& channel : channels_) {
+        fill(channel, y, rest.first(width));
+        rest = rest.subspan(width);
+      }
+    }
+    return std::as_bytes(std::span(chunk_));
+  }
+
+ private:
+  void fill(const OutputChannel& channel, int y, std::span<float> row) const {
+    if (channel.source == OutputChannel::Source::samples) {
+      std::transform(samples_.begin(), samples_.end(), row.begin(),
                      [](std::uint32_t n) { return static_cast<float>(n); });
       return;
+    }
+    frame_.values(channel.plane, y, row);
+    if (channel.source == OutputChannel::Source::variance)
+      std::transform(row.begin(), row.end(), samples_.begin(), row.begin(), variance_of_mean);
   }
-}
 
-void append(std::vector<std::byte>& out, std::span<const std::byte> bytes) {
-  out.insert(out.end(), bytes.begin(), bytes.end());
-}
+  const FrameRows& frame_;
+  const std::vector<OutputChannel>& channels_;
+  std::vector<std::uint32_t> samples_;  ///< of the present row
+  std::vector<float> chunk_;
+};
 
 }  // namespace
 
-std::vector<std::byte> encode_exr(const FrameImage& frame, const Metadata& metadata,
-                                  Compression compression) {
-  assert(frame.values.size() == channel_count * frame.pixels() &&
-         frame.samples.size() == frame.pixels());
+void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
+               Compression compression) {
   const std::vector<OutputChannel> channels = output_channels();
-  ExrLayout layout{.data = {0, 0, frame.width, frame.height},
-                   .film_width = frame.width,
-                   .film_height = frame.height,
+  ExrLayout layout{.data = {0, 0, frame.width(), frame.height()},
+                   .film_width = frame.width(),
+                   .film_height = frame.height(),
                    .channels = {},
                    .compression = compression};
   for (const auto& channel : channels) layout.channels.push_back(channel.name);
 
-  std::vector<std::byte> out = exr_header(layout, metadata.attributes());
-  const std::size_t table = out.size();
-  std::vector<std::uint64_t> offsets;
-  out.reserve(table + layout.chunks() * 16 +
-              layout.line_bytes() * static_cast<std::size_t>(frame.height));
-  out.resize(table + layout.chunks() * sizeof(std::uint64_t));
-
-  const auto width = static_cast<std::size_t>(frame.width);
-  std::vector<float> chunk;
+  const std::vector<std::byte> header = exr_header(layout, metadata.attributes());
+  std::vector<std::uint64_t> offsets(layout.chunks());
+  const auto table = std::as_bytes(std::span(offsets));
+  sink.append(header);
+  sink.append(table);  // where chunks begin is known when they are written
+  std::uint64_t end = header.size() + table.size();
+  RowWriter writer(frame, channels);
   ZipCompressor zip;
-  for (int y = 0; y < frame.height; y += layout.lines_per_chunk()) {
-    const int lines = std::min(layout.lines_per_chunk(), frame.height - y);
-    chunk.resize(static_cast<std::size_t>(lines) * channels.size() * width);
-    auto row = std::span(chunk);
-    for (int line = y; line < y + lines; ++line) {
-      for (const auto& channel : channels) {
-        fill_row(frame, channel, static_cast<std::size_t>(line), row.first(width));
-        row = row.subspan(width);
-      }
-    }
-    const std::span<const std::byte> raw = std::as_bytes(std::span(chunk));
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const int y = static_cast<int>(i) * layout.lines_per_chunk();
+    const std::span<const std::byte> raw =
+        writer.rows(y, std::min(y + layout.lines_per_chunk(), frame.height()));
     std::span<const std::byte> packed;
     if (compression == Compression::zip) packed = zip.compress(raw);
     if (packed.empty()) packed = raw;
-    offsets.push_back(out.size());
     const std::array<std::int32_t, 2> leader{y, static_cast<std::int32_t>(packed.size())};
-    append(out, std::as_bytes(std::span(leader)));
-    append(out, packed);
+    sink.append(std::as_bytes(std::span(leader)));
+    sink.append(packed);
+    offsets[i] = end;
+    end += sizeof leader + packed.size();
   }
-  std::memcpy(out.data() + table, offsets.data(), offsets.size() * sizeof(std::uint64_t));
-  return out;
+  sink.replace(header.size(), table);
+}
+
+std::vector<std::byte> encode_exr(const FrameRows& frame, const Metadata& metadata,
+                                  Compression compression) {
+  constexpr std::size_t header_and_table = 64 * limits::KiB;
+  BytesInMemory sink((channel_count + 1) * sizeof(float) * static_cast<std::size_t>(frame.width()) *
+                         static_cast<std::size_t>(frame.height()) +
+                     header_and_table);
+  write_exr(frame, metadata, sink, compression);
+  return sink.take();
+}
+
+std::vector<std::byte> encode_exr(const FrameImage& frame, const Metadata& metadata,
+                                  Compression compression) {
+  return encode_exr(RowsInMemory(frame), metadata, compression);
 }
 
 }  // namespace tessera::image

@@ -34,6 +34,26 @@ struct FrameImage {
   }
 };
 
+/// A frame's values wherever they are, row by row from the upper one.
+class FrameRows {
+ public:
+  virtual ~FrameRows() = default;
+  [[nodiscard]] virtual int width() const = 0;
+  [[nodiscard]] virtual int height() const = 0;
+  /// Of one channel of channel_table(), as in FrameImage. `row` has the frame's width.
+  virtual void values(std::size_t channel, int y, std::span<float> row) const = 0;
+  virtual void samples(int y, std::span<std::uint32_t> row) const = 0;
+};
+
+/// Takes a file's bytes. Its calls may throw, and then nothing more comes.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  virtual void append(std::span<const std::byte> bytes) = 0;
+  /// Once more bytes that were appended, from `offset` on.
+  virtual void replace(std::size_t offset, std::span<const std::byte> bytes) = 0;
+};
+
 enum class Compression {
   none,
   zip,  ///< lossless, 16 lines at a time
@@ -41,7 +61,13 @@ enum class Compression {
 
 /// An EXR file of one part, scan lines of 32-bit float, Rec. 709 primaries: R, G, B, A
 /// (premultiplied), variance.R/G/B (of the pixel's mean: M2/(n(n−1)), 0 for n < 2), albedo.R/G/B,
-/// N.X/Y/Z, Z, samples (n of the pixel). Equal content and metadata give equal bytes.
+/// N.X/Y/Z, Z, samples (n of the pixel). Equal content and metadata give equal bytes. Neither the
+/// frame nor the file is in memory as a whole: 16 rows are.
+void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
+               Compression compression = Compression::zip);
+/// The same file in memory.
+std::vector<std::byte> encode_exr(const FrameRows& frame, const Metadata& metadata,
+                                  Compression compression = Compression::zip);
 std::vector<std::byte> encode_exr(const FrameImage& frame, const Metadata& metadata,
                                   Compression compression = Compression::zip);
 

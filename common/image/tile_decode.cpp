@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "common/image/exr_layout.hpp"
 #include "common/image/tile.hpp"
 #include "common/image/tile_layout.hpp"
+#include "common/image/tile_view.hpp"
 
 namespace tessera::image {
 
@@ -127,53 +129,69 @@ void check_header(const ExrCore& file, const TileExpectation& expected) {
   check_samples(file, Group::aov, expected.aovs ? expected.samples : 0);
 }
 
-void read_lines(const ExrCore& file, TileImage& tile) {
-  const auto order = travelling_by_name(tile.has_aovs());
-  const auto width = static_cast<std::size_t>(tile.window.width);
-  const std::size_t row_bytes = width * sizeof(float);
-  std::vector<std::byte> line(order.size() * row_bytes);
-  for (int row = 0; row < tile.window.height; ++row) {
+/// Where the pixels of each line stand, and of each channel in a line.
+void find_lines(const ExrCore& file, std::span<const std::byte> exr, TileView& tile) {
+  const std::size_t row_bytes = static_cast<std::size_t>(tile.window.width) * sizeof(float);
+  std::size_t line_bytes = 0;
+  for (const std::size_t channel : travelling_by_name(tile.has_aovs())) {
+    tile.offset_of[channel] = line_bytes;
+    line_bytes += row_bytes;
+  }
+  tile.lines.reserve(static_cast<std::size_t>(tile.window.height));
+  for (int y = tile.window.y; y < tile.window.y + tile.window.height; ++y) {
     exr_chunk_info_t chunk{};
-    file.require(exr_read_scanline_chunk_info(file.get(), 0, tile.window.y + row, &chunk));
-    if (chunk.packed_size != line.size())
-      wrong(fmt::format("line {}", tile.window.y + row), fmt::format("{} bytes", line.size()),
+    file.require(exr_read_scanline_chunk_info(file.get(), 0, y, &chunk));
+    if (chunk.packed_size != line_bytes)
+      wrong(fmt::format("line {}", y), fmt::format("{} bytes", line_bytes),
             fmt::format("{}", chunk.packed_size));
-    file.require(exr_read_chunk(file.get(), 0, &chunk, line.data()));
-    const std::byte* from = line.data();
-    for (const std::size_t channel : order) {
-      std::memcpy(tile.plane(channel).data() + static_cast<std::size_t>(row) * width, from,
-                  row_bytes);
-      from += row_bytes;
-    }
+    if (chunk.data_offset > exr.size() || exr.size() - chunk.data_offset < line_bytes)
+      wrong(fmt::format("line {}", y), "to be within the file",
+            fmt::format("it to begin at byte {} of {}", chunk.data_offset, exr.size()));
+    tile.lines.push_back(exr.data() + chunk.data_offset);
   }
 }
 
 /// Bits of a float without its sign are at least those of infinity for Inf and NaN alone.
-bool any_unusable(std::span<const float> values, bool may_be_negative) {
-  std::uint32_t largest = 0, negative = 0;
-  for (const float value : values) {
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    largest = std::max(largest, bits & 0x7fffffffU);
-    negative |= static_cast<std::uint32_t>(value < 0);
-  }
-  return largest >= 0x7f800000U || (negative != 0 && !may_be_negative);
+bool all_finite(const FloatRow& values) {
+  std::uint32_t largest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    largest = std::max(largest, std::bit_cast<std::uint32_t>(values[i]) & 0x7fffffffU);
+  return largest < 0x7f800000U;
 }
 
-void check_values(const TileImage& tile) {
+bool any_negative(const FloatRow& values) {
+  std::uint32_t negative = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    negative |= static_cast<std::uint32_t>(values[i] < 0);
+  return negative != 0;
+}
+
+/// Throws for the first value of the line that may not be.
+void refuse_values(const TileView& tile, std::size_t y) {
   for (std::size_t channel = 0; channel < tile.channels(); ++channel) {
     const Channel& entry = channel_table()[channel];
     const bool may_be_negative = entry.merge != Merge::moment2;
-    const auto plane = tile.plane(channel);
-    if (!any_unusable(plane, may_be_negative)) continue;
-    for (std::size_t i = 0; i < plane.size(); ++i) {
-      if (!any_unusable(plane.subspan(i, 1), may_be_negative)) continue;
-      const auto width = static_cast<std::size_t>(tile.window.width);
+    const FloatRow row = tile.row(channel, y);
+    for (std::size_t x = 0; x < row.size(); ++x) {
+      const float value = row[x];
+      if (std::isfinite(value) && (may_be_negative || value >= 0)) continue;
       wrong(fmt::format("channel {} at pixel {},{}", entry.name,
-                        static_cast<std::size_t>(tile.window.x) + i % width,
-                        static_cast<std::size_t>(tile.window.y) + i / width),
+                        static_cast<std::size_t>(tile.window.x) + x,
+                        static_cast<std::size_t>(tile.window.y) + y),
             may_be_negative ? "a finite number" : "a finite number, not negative",
-            fmt::format("{}", plane[i]));
+            fmt::format("{}", value));
     }
+  }
+}
+
+void check_values(const TileView& tile) {
+  const std::size_t in_line = tile.channels() * static_cast<std::size_t>(tile.window.width);
+  for (std::size_t y = 0; y < tile.lines.size(); ++y) {
+    bool usable = all_finite(FloatRow(tile.lines[y], in_line));
+    for (std::size_t channel = 0; channel < tile.channels(); ++channel)
+      if (channel_table()[channel].merge == Merge::moment2)
+        usable = usable && !any_negative(tile.row(channel, y));
+    if (!usable) refuse_values(tile, y);
   }
 }
 
@@ -185,19 +203,53 @@ std::span<const std::size_t> travelling_by_name(bool with_aovs) {
   return with_aovs ? all : beauty;
 }
 
-TileImage decode_tile(std::span<const std::byte> exr, const TileExpectation& expected) {
+TileView view_of(const TileImage& tile) {
+  TileView view{.window = tile.window,
+                .film_width = tile.film_width,
+                .film_height = tile.film_height,
+                .samples = tile.samples,
+                .lines = {},
+                .offset_of = {}};
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(tile.values));
+  const std::size_t row_bytes = static_cast<std::size_t>(tile.window.width) * sizeof(float);
+  for (std::size_t channel = 0; channel < tile.channels(); ++channel)
+    view.offset_of[channel] = channel * tile.pixels() * sizeof(float);
+  for (int row = 0; row < tile.window.height; ++row)
+    view.lines.push_back(bytes.data() + static_cast<std::size_t>(row) * row_bytes);
+  return view;
+}
+
+TileView view_tile(std::span<const std::byte> exr, const TileExpectation& expected) {
   check_kind(exr);
   check_size(exr, expected);
   const ExrCore file(exr, "tile EXR");
   check_header(file, expected);
-  TileImage tile{.window = expected.window,
-                 .film_width = expected.film_width,
-                 .film_height = expected.film_height,
-                 .samples = {expected.samples, expected.aovs ? expected.samples : 0},
+  TileView tile{.window = expected.window,
+                .film_width = expected.film_width,
+                .film_height = expected.film_height,
+                .samples = {expected.samples, expected.aovs ? expected.samples : 0},
+                .lines = {},
+                .offset_of = {}};
+  find_lines(file, exr, tile);
+  check_values(tile);
+  return tile;
+}
+
+TileImage decode_tile(std::span<const std::byte> exr, const TileExpectation& expected) {
+  const TileView view = view_tile(exr, expected);
+  TileImage tile{.window = view.window,
+                 .film_width = view.film_width,
+                 .film_height = view.film_height,
+                 .samples = view.samples,
                  .values = {}};
   tile.values.resize(tile.channels() * tile.pixels());
-  read_lines(file, tile);
-  check_values(tile);
+  float* to = tile.values.data();
+  for (std::size_t channel = 0; channel < tile.channels(); ++channel)
+    for (const std::byte* line : view.lines) {
+      const auto width = static_cast<std::size_t>(tile.window.width);
+      std::memcpy(to, line + view.offset_of[channel], width * sizeof(float));
+      to += width;
+    }
   return tile;
 }
 

@@ -14,7 +14,7 @@ class ZipCompressor {
   std::span<const std::byte> compress(std::span<const std::byte> chunk);
 
  private:
-  std::vector<std::byte> split_, differences_, packed_, work_;
+  std::vector<std::byte> differences_, packed_, work_;
 };
 
 }  // namespace tessera::image

@@ -38,7 +38,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
     auto shared = std::make_shared<const FilmSnapshot>(std::move(film));
     const image::Metadata metadata = metadata_for(known(id), frame);
     const std::function<char()> write = [shared, metadata, file, durable = settings_.durable] {
-      write_whole(file, encode_frame_exr(*shared, metadata), durable);
+      write_frame_exr(file, durable, *shared, metadata);
       return char{};
     };
     co_await on<char>(files_, write);

@@ -87,10 +87,10 @@ void Films::fold(Fold& fold) const {
                                                          : empty_film_tile(plan.grid.tile(tile)));
     for (const FoldWork::Pass& pass : fold.work.passes) {
       if (pass.tile) {
-        server::fold(*sums, pass.tile->image);
+        server::fold(*sums, pass.tile->pixels);
       } else {
         const TaskId task{fold.frame->film.frame(), tile, pass.pass};
-        server::fold(*sums, read_(pass.place, expectation_of(plan, task)));
+        server::fold(*sums, read_(pass.place, expectation_of(plan, task)).pixels);
       }
     }
     fold.folded = std::move(sums);

@@ -19,8 +19,7 @@ namespace tessera::server {
 class Films {
  public:
   /// Reads a result's tile back from the journal and decodes it; any thread. Throws Error.
-  using ReadTile =
-      std::function<image::TileImage(const ResultPlace&, const image::TileExpectation&)>;
+  using ReadTile = std::function<DecodedTile(const ResultPlace&, const image::TileExpectation&)>;
   struct Hooks {
     /// Passes [0, passes) of the tile are folded; the frame has a new version.
     std::function<void(JobId, std::int32_t frame, std::uint32_t tile, std::uint32_t passes)> folded;

@@ -1,16 +1,12 @@
 #include "server/coordinator/frame_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <fstream>
 #include <system_error>
 
 #include "common/base/error.hpp"
+#include "common/base/file.hpp"
 #include "common/image/picture.hpp"
 
 namespace tessera::server {
@@ -23,36 +19,23 @@ constexpr std::string_view prefix = "frame-";
 constexpr std::string_view suffix = ".exr";
 constexpr std::string_view temporary = ".part";
 
-[[noreturn]] void fail(const fs::path& file, const char* what, int code) {
-  throw Error(ErrorKind::failed, fmt::format("{}: {}", what, std::generic_category().message(code)),
-              {.file = file.string()});
-}
-
-/// A file descriptor that closes.
-class Descriptor {
+/// Bytes straight to a file.
+class FileSink : public image::ByteSink {
  public:
-  Descriptor(const fs::path& file, int flags) : fd_(::open(file.c_str(), flags | O_CLOEXEC, 0644)) {
-    if (fd_ < 0) fail(file, "cannot be opened", errno);
+  explicit FileSink(const fs::path& file) : file_(file, O_WRONLY | O_CREAT | O_TRUNC) {}
+  void append(std::span<const std::byte> bytes) override {
+    file_.write_at(bytes, end_);
+    end_ += bytes.size();
   }
-  ~Descriptor() { ::close(fd_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
+  void replace(std::size_t offset, std::span<const std::byte> bytes) override {
+    file_.write_at(bytes, offset);
+  }
+  void sync() { file_.sync(); }
 
  private:
-  int fd_;
+  File file_;
+  std::uint64_t end_ = 0;
 };
-
-void write_all(const fs::path& file, std::span<const std::byte> bytes, bool durable) {
-  const Descriptor out(file, O_WRONLY | O_CREAT | O_TRUNC);
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(out.get(), bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(file, "cannot be written", errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  if (durable && ::fsync(out.get()) != 0) fail(file, "cannot be synced", errno);
-}
 
 }  // namespace
 
@@ -77,39 +60,38 @@ std::set<std::int32_t> frames_on_disk(const fs::path& data, JobId job) {
   return frames;
 }
 
-void write_whole(const fs::path& file, std::span<const std::byte> bytes, bool durable) {
+void write_whole(const fs::path& file, bool durable, const WriteContent& write) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  if (error) fail(file.parent_path(), "cannot be made", error.value());
+  const auto fail = [&](const char* what) {
+    throw Error(ErrorKind::failed, fmt::format("{}: {}", what, error.message()),
+                {.file = file.string()});
+  };
+  if (error) fail("its folder cannot be made");
   const fs::path part = file.string() + std::string(temporary);
   try {
-    write_all(part, bytes, durable);
+    FileSink sink(part);
+    write(sink);
+    if (durable) sink.sync();
     fs::rename(part, file, error);
-    if (error) fail(file, "cannot be renamed to", error.value());
+    if (error) fail("cannot be renamed to");
   } catch (...) {
     fs::remove(part, error);
     throw;
   }
   if (!durable) return;
-  for (const fs::path& folder : {file.parent_path(), file.parent_path().parent_path()}) {
-    const Descriptor directory(folder, O_RDONLY | O_DIRECTORY);
-    if (::fsync(directory.get()) != 0) fail(folder, "cannot be synced", errno);
-  }
+  sync_folder(file.parent_path());
+  sync_folder(file.parent_path().parent_path());
 }
 
-std::vector<std::byte> read_whole(const fs::path& file) {
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  if (error) fail(file, "cannot be read", error.value());
-  std::vector<std::byte> bytes(size);
-  std::ifstream in(file, std::ios::binary);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!in) fail(file, "cannot be read", EIO);
-  return bytes;
+void write_frame_exr(const fs::path& file, bool durable, const FilmSnapshot& film,
+                     const image::Metadata& metadata) {
+  write_whole(file, durable,
+              [&](image::ByteSink& sink) { image::write_exr(FilmRows(film), metadata, sink); });
 }
 
 std::vector<std::byte> encode_frame_exr(const FilmSnapshot& film, const image::Metadata& metadata) {
-  return image::encode_exr(resolve(film), metadata);
+  return image::encode_exr(FilmRows(film), metadata);
 }
 
 std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposure_stops) {

@@ -2,11 +2,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <set>
-#include <span>
 #include <vector>
 
 #include "common/image/metadata.hpp"
+#include "common/image/picture.hpp"
 #include "common/job/job_spec.hpp"
 #include "server/film/film.hpp"
 
@@ -19,12 +20,15 @@ std::filesystem::path frame_path(const std::filesystem::path& data, JobId job, s
 /// The frames that have a file. Temporary files of a killed coordinator are removed.
 std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job);
 
+using WriteContent = std::function<void(image::ByteSink&)>;
 /// Under a temporary name in the same folder (made if it is not there), then renamed; synced if
-/// `durable`. Throws Error{failed} with the file's name; what stood there before stands then still.
-void write_whole(const std::filesystem::path& file, std::span<const std::byte> bytes, bool durable);
-/// Throws Error{failed} with the file's name.
-std::vector<std::byte> read_whole(const std::filesystem::path& file);
+/// `durable`. Throws Error with the file's name, or what `write` throws; what stood there before
+/// stands then still.
+void write_whole(const std::filesystem::path& file, bool durable, const WriteContent& write);
 
+/// The film's final picture.
+void write_frame_exr(const std::filesystem::path& file, bool durable, const FilmSnapshot& film,
+                     const image::Metadata& metadata);
 std::vector<std::byte> encode_frame_exr(const FilmSnapshot& film, const image::Metadata& metadata);
 std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposure_stops);
 std::vector<std::byte> png_of_file(const std::filesystem::path& file, double exposure_stops);

@@ -15,6 +15,12 @@ image::TileExpectation expectation_of(const JobPlan& plan, const TaskId& task) {
   return expected;
 }
 
+DecodedTile decode(std::shared_ptr<const std::vector<std::byte>> exr,
+                   const image::TileExpectation& expected) {
+  image::TileView pixels = image::view_tile(*exr, expected);
+  return {std::move(exr), std::move(pixels), nullptr};
+}
+
 FrameFilm::FrameFilm(std::shared_ptr<const JobPlan> plan, std::int32_t frame)
     : plan_(std::move(plan)), frame_(frame), film_(plan_->grid), tiles_(plan_->grid.count()) {}
 

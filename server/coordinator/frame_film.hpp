@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/tile.hpp"
+#include "common/image/tile_view.hpp"
 #include "common/job/job_spec.hpp"
 #include "server/film/film.hpp"
 #include "server/store/records.hpp"
@@ -14,11 +14,16 @@
 /// Pure.
 namespace tessera::server {
 
-/// A decoded tile, and its share of the budget of results in flight, which ends with it.
+/// A tile that was checked: where its pixels stand in the bytes of its EXR, which it keeps, and its
+/// share of the budget of results in flight, which ends with it.
 struct DecodedTile {
-  image::TileImage image;
+  std::shared_ptr<const std::vector<std::byte>> exr;
+  image::TileView pixels;
   std::shared_ptr<void> budget;
 };
+/// Throws Error{bad_input}.
+DecodedTile decode(std::shared_ptr<const std::vector<std::byte>> exr,
+                   const image::TileExpectation& expected);
 
 /// Passes of one tile to be folded on a thread of the pool, in this order.
 struct FoldWork {

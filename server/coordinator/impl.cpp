@@ -66,7 +66,9 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
       files_(1),
       films_(io_, pool_, settings_.pool_threads, crew_,
              [this](const ResultPlace& place, const image::TileExpectation& expected) {
-               return image::decode_tile(store_->read_result(place).exr, expected);
+               return decode(
+                   std::make_shared<const std::vector<std::byte>>(store_->read_result(place).exr),
+                   expected);
              },
              {[this](JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
                 tile_folded(job, frame, tile, passes);

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
+#include "common/base/files.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
 
@@ -82,7 +84,8 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
     const std::filesystem::path file = frame_path(settings_.data, key.job, key.frame);
     picture.version = final_version(*plan);
     encode = [key, file, plan, version = picture.version] {
-      if (key.form == PictureKey::Form::exr) return read_whole(file);
+      if (key.form == PictureKey::Form::exr)
+        return read_file(file, std::numeric_limits<std::size_t>::max());
       if (key.form == PictureKey::Form::png) return png_of_file(file, key.exposure);
       if (key.since >= version)
         return encode_changed_tiles(unchanged(plan->grid, version), key.since);

@@ -48,8 +48,7 @@ void ResultPipeline::decode(std::vector<Job> jobs) {
   good.reserve(jobs.size());
   for (auto& [result, expected] : jobs) {
     try {
-      auto decoded = std::make_shared<DecodedTile>();
-      decoded->image = image::decode_tile(*result.exr, expected);
+      auto decoded = std::make_shared<DecodedTile>(server::decode(result.exr, expected));
       decoded->budget = result.budget;
       result.decoded = std::move(decoded);
       good.push_back(std::move(result));

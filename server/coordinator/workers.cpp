@@ -125,7 +125,7 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
         !fault.empty()) {
       result_invalid(arrived, fault);
     } else {
-      arrived.budget = in_flight_.take(2 * exr.size());
+      arrived.budget = in_flight_.take(exr.size());
       arrived.exr = std::make_shared<const std::vector<std::byte>>(std::move(exr));
       results_.arrived(std::move(arrived), expected);
     }

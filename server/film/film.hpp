@@ -71,8 +71,23 @@ class Film {
 /// thread.
 std::shared_ptr<const FilmTile> folded(const FilmTile* before, const image::TileImage& pass);
 
-/// The whole frame, all channels; each tile by its own n; where nothing has arrived 0 (alpha too; Z
-/// nothing_hit_z).
+/// A snapshot's rows, each tile by its own n; where nothing has arrived 0 (alpha too; Z
+/// nothing_hit_z). The snapshot must outlive it.
+class FilmRows : public image::FrameRows {
+ public:
+  explicit FilmRows(const FilmSnapshot& film) : film_(film) {}
+  [[nodiscard]] int width() const override { return film_.grid.film_width(); }
+  [[nodiscard]] int height() const override { return film_.grid.film_height(); }
+  void values(std::size_t channel, int y, std::span<float> row) const override;
+  void samples(int y, std::span<std::uint32_t> row) const override;
+
+ private:
+  template <class Visit>
+  void each_tile(int y, Visit visit) const;
+  const FilmSnapshot& film_;
+};
+
+/// The whole frame in memory, all channels, as FilmRows gives it.
 image::FrameImage resolve(const FilmSnapshot& film);
 /// R, G, B and A alone, four planes: what a PNG or a preview shows.
 std::vector<float> resolve_rgba(const FilmSnapshot& film);

@@ -16,31 +16,23 @@ using image::channel_count;
 constexpr std::size_t rgba_channels = 4;
 static_assert(image::A + 1 == rgba_channels);
 
-std::size_t offset_in(const TileGrid& grid, const Rect& window, int row) {
-  return static_cast<std::size_t>(window.y + row) * static_cast<std::size_t>(grid.film_width()) +
-         static_cast<std::size_t>(window.x);
-}
-
-/// Puts the first `channels` of every tile in their place in whole planes.
-void resolve_into(const FilmSnapshot& film, std::size_t channels, std::span<float> planes) {
-  const std::size_t frame_pixels = planes.size() / channels;
-  for (const auto& tile : film.tiles) {
-    if (!tile) continue;
-    const std::size_t pixels = tile->pixels();
-    const auto width = static_cast<std::size_t>(tile->window.width);
-    for (std::size_t c = 0; c < channels; ++c) {
-      const double divisor = mean_divisor(*tile, c);
-      const double* from = tile->sums.data() + c * pixels;
-      for (int row = 0; row < tile->window.height; ++row) {
-        float* to = planes.data() + c * frame_pixels + offset_in(film.grid, tile->window, row);
-        for (std::size_t i = 0; i < width; ++i) to[i] = static_cast<float>(*from++ / divisor);
-      }
-    }
-  }
-}
-
 std::size_t pixels_of(const TileGrid& grid) {
   return static_cast<std::size_t>(grid.film_width()) * static_cast<std::size_t>(grid.film_height());
+}
+
+/// The first `channels` planes.
+std::vector<float> resolve_channels(const FilmSnapshot& film, std::size_t channels) {
+  std::vector<float> planes(channels * pixels_of(film.grid));
+  const FilmRows rows(film);
+  std::span<float> rest(planes);
+  const auto width = static_cast<std::size_t>(rows.width());
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    for (int y = 0; y < rows.height(); ++y) {
+      rows.values(channel, y, rest.first(width));
+      rest = rest.subspan(width);
+    }
+  }
+  return planes;
 }
 
 /// IEEE half, to the nearest even; what is beyond its range becomes its largest, so that no picture
@@ -71,31 +63,53 @@ void append_tile(std::vector<std::byte>& out, const FilmTile& tile) {
 
 }  // namespace
 
-image::FrameImage resolve(const FilmSnapshot& film) {
-  image::FrameImage frame{.width = film.grid.film_width(),
-                          .height = film.grid.film_height(),
-                          .values = {},
-                          .samples = {}};
-  frame.values.assign(channel_count * frame.pixels(), 0.0F);
-  frame.samples.assign(frame.pixels(), 0);
-  std::ranges::fill(frame.plane(image::Z), image::nothing_hit_z);
-  resolve_into(film, channel_count, frame.values);
-  for (const auto& tile : film.tiles) {
-    if (!tile) continue;
-    const auto samples =
-        static_cast<std::uint32_t>(tile->samples[static_cast<std::size_t>(image::Group::beauty)]);
-    for (int row = 0; row < tile->window.height; ++row)
-      std::fill_n(frame.samples.begin() +
-                      static_cast<std::ptrdiff_t>(offset_in(film.grid, tile->window, row)),
-                  tile->window.width, samples);
+void FilmRows::values(std::size_t channel, int y, std::span<float> row) const {
+  each_tile(y, [&](const FilmTile* tile, const Rect& window) {
+    float* to = row.data() + window.x;
+    if (!tile) {
+      std::fill_n(to, window.width, channel == image::Z ? image::nothing_hit_z : 0.0F);
+      return;
+    }
+    const double divisor = mean_divisor(*tile, channel);
+    const std::size_t before =
+        static_cast<std::size_t>(y - window.y) * static_cast<std::size_t>(window.width);
+    const double* from = tile->sums.data() + channel * tile->pixels() + before;
+    for (int i = 0; i < window.width; ++i) to[i] = static_cast<float>(from[i] / divisor);
+  });
+}
+
+void FilmRows::samples(int y, std::span<std::uint32_t> row) const {
+  each_tile(y, [&](const FilmTile* tile, const Rect& window) {
+    const std::uint64_t n =
+        tile ? tile->samples[static_cast<std::size_t>(image::Group::beauty)] : 0;
+    std::fill_n(row.data() + window.x, window.width, static_cast<std::uint32_t>(n));
+  });
+}
+
+template <class Visit>
+void FilmRows::each_tile(int y, Visit visit) const {
+  const TileGrid& grid = film_.grid;
+  const int first = y / grid.tile_side() * grid.columns();
+  for (int index = first; index < first + grid.columns(); ++index) {
+    const auto tile = static_cast<std::uint32_t>(index);
+    visit(film_.tiles[tile].get(), grid.tile(tile));
   }
+}
+
+image::FrameImage resolve(const FilmSnapshot& film) {
+  const FilmRows rows(film);
+  image::FrameImage frame{
+      .width = rows.width(), .height = rows.height(), .values = {}, .samples = {}};
+  frame.values = resolve_channels(film, channel_count);
+  frame.samples.resize(frame.pixels());
+  const auto width = static_cast<std::size_t>(frame.width);
+  for (int y = 0; y < frame.height; ++y)
+    rows.samples(y, std::span(frame.samples).subspan(static_cast<std::size_t>(y) * width, width));
   return frame;
 }
 
 std::vector<float> resolve_rgba(const FilmSnapshot& film) {
-  std::vector<float> planes(rgba_channels * pixels_of(film.grid));
-  resolve_into(film, rgba_channels, planes);
-  return planes;
+  return resolve_channels(film, rgba_channels);
 }
 
 std::vector<std::uint32_t> changed_since(const FilmSnapshot& film, std::uint64_t since) {

@@ -10,6 +10,7 @@ using image::Channel;
 using image::channel_count;
 using image::channel_table;
 using image::Merge;
+using image::TileView;
 
 namespace {
 
@@ -17,11 +18,11 @@ std::size_t group_index(const Channel& channel) { return static_cast<std::size_t
 
 /// Chan, Golub and LeVeque (1979): M2 of the union of two sets, by their sizes, means and M2. Σ of
 /// the first set's values is `sum`.
-void merge_moment2(std::span<double> m2, std::span<const double> sum, double before,
-                   std::span<const float> pass_m2, std::span<const float> pass_mean,
+void merge_moment2(std::span<double> m2, const double* sum, double before,
+                   const image::FloatRow& pass_m2, const image::FloatRow& pass_mean,
                    double samples) {
   if (before == 0) {
-    std::copy(pass_m2.begin(), pass_m2.end(), m2.begin());
+    for (std::size_t i = 0; i < m2.size(); ++i) m2[i] = static_cast<double>(pass_m2[i]);
     return;
   }
   const double weight = before * samples / (before + samples);
@@ -29,6 +30,36 @@ void merge_moment2(std::span<double> m2, std::span<const double> sum, double bef
     const double delta = static_cast<double>(pass_mean[i]) - sum[i] / before;
     m2[i] += static_cast<double>(pass_m2[i]) + delta * delta * weight;
   }
+}
+
+/// `n`: samples behind the values.
+void merge_row(Merge merge, std::span<double> sums, const image::FloatRow& values, double n) {
+  switch (merge) {
+    case Merge::moment2:
+      return;
+    case Merge::mean:
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += n * static_cast<double>(values[i]);
+      return;
+    case Merge::nearest:
+      for (std::size_t i = 0; i < sums.size(); ++i)
+        sums[i] = std::min(sums[i], static_cast<double>(values[i]));
+      return;
+  }
+}
+
+/// One channel, row by row: the sums are walked through in the order of memory, which costs less
+/// than to walk so through the file's lines, for they are larger.
+template <class MergeRow>
+void each_row(FilmTile& tile, std::size_t channel, MergeRow merge) {
+  const auto width = static_cast<std::size_t>(tile.window.width);
+  const auto height = static_cast<std::size_t>(tile.window.height);
+  const auto plane = std::span(tile.sums).subspan(channel * tile.pixels(), tile.pixels());
+  for (std::size_t y = 0; y < height; ++y) merge(plane.subspan(y * width, width), y);
+}
+
+[[noreturn]] void does_not_fit() {
+  throw Error(ErrorKind::failed,
+              "a pass does not fit the film's tile that it was to be folded into");
 }
 
 }  // namespace
@@ -44,46 +75,38 @@ FilmTile empty_film_tile(const Rect& window) {
   return tile;
 }
 
-void fold(FilmTile& tile, const image::TileImage& pass) {
-  const std::size_t pixels = tile.pixels();
-  const bool fits = pass.window == tile.window && pass.values.size() == pass.channels() * pixels &&
-                    tile.sums.size() == channel_count * pixels && pass.samples[0] != 0;
-  if (!fits)
-    throw Error(ErrorKind::failed,
-                "a pass does not fit the film's tile that it was to be folded into");
-  const auto plane = [&](std::size_t c) {
-    return std::span(tile.sums).subspan(c * pixels, pixels);
-  };
+void fold(FilmTile& tile, const TileView& pass) {
+  const bool fits = pass.window == tile.window &&
+                    pass.lines.size() == static_cast<std::size_t>(tile.window.height) &&
+                    tile.sums.size() == channel_count * tile.pixels() && pass.samples[0] != 0;
+  if (!fits) does_not_fit();
   const auto travelling = channel_table().first(pass.channels());
-
   // Second moments first: they need the means as they were before this pass.
   for (std::size_t c = 0; c < travelling.size(); ++c) {
     const Channel& channel = travelling[c];
     if (channel.merge != Merge::moment2) continue;
     const auto mean = static_cast<std::size_t>(channel.mean_of);
-    merge_moment2(plane(c), plane(mean), static_cast<double>(tile.samples[group_index(channel)]),
-                  pass.plane(c), pass.plane(mean),
-                  static_cast<double>(pass.samples[group_index(channel)]));
+    const double* sum = tile.sums.data() + mean * tile.pixels();
+    const auto before = static_cast<double>(tile.samples[group_index(channel)]);
+    const auto samples = static_cast<double>(pass.samples[group_index(channel)]);
+    each_row(tile, c, [&](std::span<double> m2, std::size_t y) {
+      merge_moment2(m2, sum + y * m2.size(), before, pass.row(c, y), pass.row(mean, y), samples);
+    });
   }
   for (std::size_t c = 0; c < travelling.size(); ++c) {
-    const auto sums = plane(c);
-    const auto values = pass.plane(c);
-    const auto n = static_cast<double>(pass.samples[group_index(travelling[c])]);
-    switch (travelling[c].merge) {
-      case Merge::moment2:
-        break;
-      case Merge::mean:
-        for (std::size_t i = 0; i < pixels; ++i) sums[i] += n * static_cast<double>(values[i]);
-        break;
-      case Merge::nearest:
-        for (std::size_t i = 0; i < pixels; ++i)
-          sums[i] = std::min(sums[i], static_cast<double>(values[i]));
-        break;
-    }
+    const auto samples = static_cast<double>(pass.samples[group_index(travelling[c])]);
+    each_row(tile, c, [&](std::span<double> sums, std::size_t y) {
+      merge_row(travelling[c].merge, sums, pass.row(c, y), samples);
+    });
   }
   for (std::size_t group = 0; group < image::group_count; ++group)
     tile.samples[group] += pass.samples[group];
   ++tile.passes;
+}
+
+void fold(FilmTile& tile, const image::TileImage& pass) {
+  if (pass.values.size() != pass.channels() * pass.pixels()) does_not_fit();
+  fold(tile, image::view_of(pass));
 }
 
 double mean_divisor(const FilmTile& tile, std::size_t channel) {

@@ -5,6 +5,7 @@
 
 #include "common/image/channels.hpp"
 #include "common/image/tile.hpp"
+#include "common/image/tile_view.hpp"
 #include "common/job/tile_grid.hpp"
 
 /// Folding: what a tile of the film has gathered, exactly. Pure.
@@ -26,6 +27,7 @@ struct FilmTile {
 /// Nothing gathered yet.
 FilmTile empty_film_tile(const Rect& window);
 /// Folds the result of pass `tile.passes` in. Passes must come in order, each once.
+void fold(FilmTile& tile, const image::TileView& pass);
 void fold(FilmTile& tile, const image::TileImage& pass);
 /// The values that a picture shows: means, M2, nearest; planes as in TileImage, all channels. Where
 /// a group has no samples, 0 (Z: nothing_hit_z).

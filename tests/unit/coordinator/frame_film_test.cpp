@@ -21,8 +21,11 @@ ResultPlace place_of(std::uint32_t pass) { return {1, 100 * pass, 10}; }
 
 std::shared_ptr<const DecodedTile> decoded(const JobPlan& plan, std::uint32_t tile,
                                            std::uint32_t pass) {
+  const TaskId task{1, tile, pass};
   return std::make_shared<const DecodedTile>(
-      DecodedTile{synthetic_tile(plan, {1, tile, pass}), nullptr});
+      decode(std::make_shared<const std::vector<std::byte>>(
+                 image::encode_tile(synthetic_tile(plan, task))),
+             expectation_of(plan, task)));
 }
 
 /// What the pool would do.

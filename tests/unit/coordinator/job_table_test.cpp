@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
+#include "common/base/files.hpp"
+#include "common/base/limits.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "tests/unit/session/synthetic.hpp"
 
@@ -138,24 +140,27 @@ class Files : public testing::Test {
   static std::vector<std::byte> bytes(std::size_t count, char value) {
     return {count, std::byte(value)};
   }
+  static WriteContent content(std::size_t count, char value) {
+    return [=](image::ByteSink& out) { out.append(bytes(count, value)); };
+  }
   std::filesystem::path data;
 };
 
 TEST_F(Files, AreWholeUnderTheirNameOrNotThere) {
   const auto file = frame_path(data, 12, 7);
   EXPECT_EQ(file, data / "jobs" / "12" / "frame-0007.exr");
-  write_whole(file, bytes(10, 'a'), true);
-  write_whole(file, bytes(5, 'b'), false);
-  EXPECT_EQ(read_whole(file), bytes(5, 'b'));
+  write_whole(file, true, content(10, 'a'));
+  write_whole(file, false, content(5, 'b'));
+  EXPECT_EQ(read_file(file, 100), bytes(5, 'b'));
   std::filesystem::create_directories(file.string() +
                                       ".part");  // the temporary name cannot be opened
-  EXPECT_THROW(write_whole(file, bytes(3, 'c'), false), Error);
-  EXPECT_EQ(read_whole(file), bytes(5, 'b'));
+  EXPECT_THROW(write_whole(file, false, content(3, 'c')), Error);
+  EXPECT_EQ(read_file(file, 100), bytes(5, 'b'));
 }
 
 TEST_F(Files, AreFoundAgainAfterAStartAndLeftoversAreRemoved) {
   for (const int frame : {-3, 1, 12345})
-    write_whole(frame_path(data, 2, frame), bytes(1, 'x'), false);
+    write_whole(frame_path(data, 2, frame), false, content(1, 'x'));
   const auto leftover = job_folder(data, 2) / "frame-0009.exr.part";
   std::ofstream(leftover) << "half";
   EXPECT_THAT(frames_on_disk(data, 2), testing::ElementsAre(-3, 1, 12345));
@@ -167,7 +172,8 @@ TEST_F(Files, PictureOfAFileIsThatOfItsFilm) {
   const JobPlan plan(record().spec);
   const FilmSnapshot film = straight_fold(plan, 1);
   const auto file = frame_path(data, 3, 1);
-  write_whole(file, encode_frame_exr(film, image::Metadata()), false);
+  write_frame_exr(file, false, film, image::Metadata());
+  EXPECT_EQ(read_file(file, limits::MiB), encode_frame_exr(film, image::Metadata()));
   EXPECT_EQ(png_of_file(file, 0.5), encode_frame_png(film, 0.5));
   EXPECT_EQ(resolve_rgba(film_of_file(file, plan.grid, 9)), resolve_rgba(film));
   EXPECT_EQ(film_of_file(file, plan.grid, 9).version, 9U);

@@ -320,7 +320,7 @@ TEST(Farm, WorkersAreHeldWhileTooMuchIsInFlightAndNothingIsLost) {
   Farm farm;
   farm.run(farm.halt());
   farm.io.reset();
-  farm.in_flight = 20'000;  // less than one and a half of its tiles, each counted twice
+  farm.in_flight = 10'000;  // less than one and a half of its tiles
   farm.start();
   const JobSpec spec = farm.spec(100, 80, 16, 20);
   JobId id = 0;
