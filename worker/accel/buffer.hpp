@@ -1,11 +1,51 @@
 #pragma once
+#include <sys/mman.h>
+
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
+#include <new>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 namespace tessera::accel {
+
+/// For arrays that are read at random places while rendering. What is large stands on huge pages
+/// where the system has them: a face of a million is then one wait for memory, not that and a walk
+/// through page tables.
+template <class T>
+class LargePages {
+ public:
+  using value_type = T;
+
+  LargePages() = default;
+  template <class U>
+  explicit LargePages(const LargePages<U>& /*other*/) {}
+
+  [[nodiscard]] T* allocate(std::size_t count) {
+    const std::size_t bytes = count * sizeof(T);
+    if (bytes < page) return std::allocator<T>().allocate(count);
+    void* const memory =
+        std::aligned_alloc(page, (bytes + small_page - 1) / small_page * small_page);
+    if (memory == nullptr) throw std::bad_alloc();
+    // Only whole huge pages; the end stays on small ones. A system without them says no.
+    (void)madvise(memory, bytes / page * page, MADV_HUGEPAGE);
+    return static_cast<T*>(memory);
+  }
+  void deallocate(T* items, std::size_t count) {
+    if (count * sizeof(T) < page) return std::allocator<T>().deallocate(items, count);
+    std::free(items);
+  }
+  bool operator==(const LargePages&) const = default;
+
+ private:
+  static constexpr std::size_t page = std::size_t{1} << 21, small_page = 4096;
+};
+
+/// An array like any other, on such pages.
+template <class T>
+using LargeVector = std::vector<T, LargePages<T>>;
 
 /// A fixed array with 16 readable bytes behind its end, as Embree asks of buffers that it shares:
 /// it loads whole registers.
@@ -31,7 +71,7 @@ class Buffer {
 
  private:
   static constexpr std::size_t padding = (16 + sizeof(T) - 1) / sizeof(T);
-  std::vector<T> items_;
+  LargeVector<T> items_;
   std::size_t count_ = 0;
 };
 

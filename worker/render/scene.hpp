@@ -25,11 +25,11 @@ struct Geometry {
   accel::Buffer<accel::Triangle> triangles;
   accel::Buffer<accel::Quad> quads;
   accel::Buffer<accel::Sphere> spheres;
-  std::vector<std::uint32_t> normals;    ///< octahedral, one per position; empty: flat
-  std::vector<std::uint16_t> materials;  ///< one per face
+  accel::LargeVector<std::uint32_t> normals;    ///< octahedral, one per position; empty: flat
+  accel::LargeVector<std::uint16_t> materials;  ///< one per face
   /// Per face: which emitter of its group it is, counted from 0, or no_id; empty where no face
   /// emits.
-  std::vector<std::uint32_t> emitters;
+  accel::LargeVector<std::uint32_t> emitters;
 
   [[nodiscard]] std::size_t faces() const { return materials.size(); }
   [[nodiscard]] std::size_t bytes() const;
