@@ -47,7 +47,10 @@ std::vector<std::string_view> filter_names() {
 }
 
 Filter::Filter(FilterKind kind, double width)
-    : kind_(kind), width_(width > 0 ? width : default_width(kind)) {
+    : kind_(kind),
+      asked_width_(width),
+      width_(width > 0 ? width : default_width(kind)),
+      half_width_(static_cast<float>(0.5 * width_)) {
   tabulate();
 }
 
@@ -74,24 +77,27 @@ double Filter::density(double offset) const {
 }
 
 void Filter::tabulate() {
+  std::array<double, segments + 1> shapes{}, cdf{};
   for (int i = 0; i <= segments; ++i) {
-    shape_[static_cast<std::size_t>(i)] = shape(static_cast<double>(i) / segments);
+    shapes[static_cast<std::size_t>(i)] = shape(static_cast<double>(i) / segments);
   }
   // The shape is taken as linear between the places, which is true of it to 2e-6; its integral is
   // then exact.
-  cdf_[0] = 0;
   for (std::size_t i = 0; i < segments; ++i) {
-    cdf_[i + 1] = cdf_[i] + 0.5 * (shape_[i] + shape_[i + 1]);
+    cdf[i + 1] = cdf[i] + 0.5 * (shapes[i] + shapes[i + 1]);
   }
-  const double total = cdf_[segments];
+  const double total = cdf[segments];
   norm_ = segments / (total * width_);
-  for (std::size_t i = 0; i <= segments; ++i) {
-    cdf_[i] /= total;
-    shape_[i] /= total;
+  for (std::size_t i = 0; i < segments; ++i) {
+    table_[i] = {.cdf = static_cast<float>(cdf[i] / total),
+                 .shape = static_cast<float>(shapes[i] / total),
+                 .next_cdf = static_cast<float>(cdf[i + 1] / total),
+                 .next_shape = static_cast<float>(shapes[i + 1] / total)};
   }
   std::size_t segment = 0;
   for (std::size_t i = 0; i < segments; ++i) {
-    while (segment + 1 < segments && cdf_[segment + 1] <= static_cast<double>(i) / segments) {
+    while (segment + 1 < segments &&
+           table_[segment].next_cdf <= static_cast<float>(i) / static_cast<float>(segments)) {
       ++segment;
     }
     guide_[i] = static_cast<std::uint16_t>(segment);
@@ -99,9 +105,9 @@ void Filter::tabulate() {
 }
 
 float Filter::sample1(float u) const {
-  const double signed_u = 2 * static_cast<double>(u) - 1;
-  const double v = std::abs(signed_u);
-  double t = 1;
+  const float signed_u = 2 * u - 1;  // exact
+  const float v = std::abs(signed_u);
+  float t = 1;
   switch (kind_) {
     case FilterKind::box:
       t = v;
@@ -111,18 +117,28 @@ float Filter::sample1(float u) const {
       break;
     case FilterKind::gaussian:
     case FilterKind::blackman_harris: {
-      std::size_t i = guide_[static_cast<std::size_t>(std::min(v * segments, segments - 1.0))];
-      while (i + 1 < segments && cdf_[i + 1] <= v) ++i;
+      std::size_t i = guide_[static_cast<std::size_t>(std::min(v * segments, segments - 1.0F))];
+      while (i + 1 < segments && table_[i].next_cdf <= v) ++i;
+      const Segment& at = table_[i];
       // Within the segment the density is linear, so the distribution is a parabola: its root, in
       // the form that does not cancel.
-      const double rest = v - cdf_[i];
-      const double slope = shape_[i + 1] - shape_[i];
-      const double root = std::sqrt(std::max(0.0, shape_[i] * shape_[i] + 2 * slope * rest));
-      t = (static_cast<double>(i) + std::min(1.0, 2 * rest / (shape_[i] + root))) / segments;
+      const float rest = v - at.cdf;
+      const float slope = at.next_shape - at.shape;
+      const float root = std::sqrt(std::max(0.0F, at.shape * at.shape + 2 * slope * rest));
+      const float part = 2 * rest / (at.shape + root);
+      t = (static_cast<float>(i) + std::min(1.0F, part)) * (1.0F / segments);
       break;
     }
   }
-  return static_cast<float>(std::copysign(0.5 * width_ * t, signed_u));
+  return std::copysign(half_width_ * t, signed_u);
+}
+
+std::shared_ptr<const Filter> shared_filter(FilterKind kind, double width) {
+  thread_local std::shared_ptr<const Filter> last;
+  if (!last || last->kind() != kind || last->asked_width() != width) {
+    last = std::make_shared<const Filter>(kind, width);
+  }
+  return last;
 }
 
 }  // namespace tessera::render

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,10 @@ enum class FilterKind : std::uint8_t { box, tent, gaussian, blackman_harris };
 FilterKind filter_kind(std::string_view name);
 /// The valid names.
 std::vector<std::string_view> filter_names();
+
+class Filter;
+/// Filter(kind, width); the one that this thread asked for last is not tabulated anew.
+std::shared_ptr<const Filter> shared_filter(FilterKind kind, double width);
 
 /// A pixel filter, by importance: a film position is drawn from the filter's own density around the
 /// pixel's centre, and every sample then has the weight 1 (Ernst, Stamminger, Greiner, "Filter
@@ -34,6 +39,8 @@ class Filter {
 
   [[nodiscard]] FilterKind kind() const { return kind_; }
   [[nodiscard]] double width() const { return width_; }
+  /// As it was given: 0 for the default.
+  [[nodiscard]] double asked_width() const { return asked_width_; }
 
  private:
   static constexpr int segments = 1024;
@@ -44,12 +51,19 @@ class Filter {
   void tabulate();
 
   FilterKind kind_;
+  double asked_width_;
   double width_;
+  float half_width_;
   double norm_ = 1;  ///< density(0) / shape(0)
-  // Of the half 0 ≤ t ≤ 1, for the kinds without a closed inverse: shape and distribution at
-  // segments + 1 places, and for each of as many equal steps of the distribution the segment in
+  // Of the half 0 ≤ t ≤ 1, for the kinds without a closed inverse: shape and distribution at both
+  // ends of each segment, and for each of as many equal steps of the distribution the segment in
   // which it begins.
-  std::array<double, segments + 1> shape_{}, cdf_{};
+  /// Side by side, as a sample reads them together. Float's digits are those of the numbers that
+  /// are looked up.
+  struct Segment {
+    float cdf = 0, shape = 0, next_cdf = 0, next_shape = 0;
+  };
+  std::array<Segment, segments> table_{};
   std::array<std::uint16_t, segments> guide_{};
 };
 

@@ -13,7 +13,8 @@ namespace tessera::render {
 class PixelSums {
  public:
   /// Records that are not finite are to be replaced by an empty one before.
-  void add(const SampleRecord& record) {
+  /// Without `aovs` albedo, normal and z are left out.
+  void add(const SampleRecord& record, bool aovs) {
     const std::array<double, 3> rgb{record.radiance.r, record.radiance.g, record.radiance.b};
     if (count_ == 0) first_ = rgb;
     ++count_;
@@ -27,6 +28,7 @@ class PixelSums {
       square_[c] += off * off;
     }
     mean_[3] += record.alpha;
+    if (!aovs) return;
     aov_[0] += record.albedo.r;
     aov_[1] += record.albedo.g;
     aov_[2] += record.albedo.b;

@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "common/base/clock.hpp"
@@ -44,7 +45,7 @@ struct Plan {
   const Scene& scene;
   const TaskRequest& request;
   Camera camera;
-  Filter filter;
+  std::shared_ptr<const Filter> filter;
   SamplerKind sampler;
   Integrator integrator;
   std::uint64_t seed;
@@ -53,7 +54,7 @@ struct Plan {
       : scene(on),
         request(asked),
         camera(camera_of(on, asked.camera), asked.settings.width, asked.settings.height, on.origin),
-        filter(filter_kind(asked.settings.filter), asked.settings.filter_width),
+        filter(shared_filter(filter_kind(asked.settings.filter), asked.settings.filter_width)),
         sampler(sampler_kind(asked.settings.sampler)),
         integrator(render::integrator(asked.settings.integrator)),
         seed(frame_seed(asked.settings.seed, asked.frame)) {}
@@ -68,14 +69,14 @@ std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSum
                           static_cast<std::uint32_t>(y), static_cast<std::uint64_t>(index));
     const Draw4 film = sampler.draw4(dim::film_set);
     const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
-    const Vec2 offset = plan.filter.sample(film.pair(dim::film));
+    const Vec2 offset = plan.filter->sample(film.pair(dim::film));
     SampleRecord record;
     plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, time), record);
     if (!record.finite()) {
       record = SampleRecord{};
       ++rejected;
     }
-    sums.add(record);
+    sums.add(record, plan.request.aovs);
   }
   return rejected;
 }

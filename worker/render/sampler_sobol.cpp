@@ -1,6 +1,7 @@
 #include "worker/render/sampler_sobol.hpp"
 
 #include <bit>
+#include <cstring>
 
 #include "worker/render/hash.hpp"
 
@@ -93,8 +94,11 @@ constexpr Tables make_tables() {
 }
 constexpr Tables tables = make_tables();
 
+/// As one load: the compiler makes four of them otherwise.
 Lanes load(const std::uint32_t (&point)[4]) {
-  return Lanes{point[0], point[1], point[2], point[3]};
+  Lanes lanes;
+  std::memcpy(&lanes, point, sizeof(lanes));
+  return lanes;
 }
 
 /// What a set's sequence is shuffled and scrambled by.

@@ -38,7 +38,7 @@ struct Chi2Case {
   /// The density per unit of the square, by pdf().
   std::function<double(double s, double t)> density;
   int bins_s = 16, bins_t = 16;
-  int samples = 200'000;
+  int samples = 1'000'000;
   /// Each bin is cut into this many, squared, before Gauss' rule of 5×5 points.
   int quadrature = 4;
 };

@@ -68,7 +68,10 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
 
 }  // namespace
 
-void path(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
+// The other integrators share its steps, so the compiler would call them one by one; in line they
+// keep their values in registers.
+[[gnu::flatten]] void path(Trace& trace, const Sampler& sampler, const Ray& ray,
+                           SampleRecord& record) {
   const Scene& scene = trace.scene;
   Closure& closure = trace.closure;
   const bool lit = !scene.lights.empty();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "worker/render/lights/shapes.hpp"
@@ -59,6 +60,13 @@ struct SeenQuad {
         v(to_double(quad.edge_v)),
         plane(corner, u, v) {}
 
+  /// False too if all of it is behind the lit surface, which scatters none of its light then.
+  [[nodiscard]] bool visible(bool two_sided, const Vec3& surface) const {
+    if (!plane.visible(two_sided)) return false;
+    const Vec3d n = to_double(surface);
+    const double highest = dot(corner, n) + std::max(dot(u, n), 0.0) + std::max(dot(v, n), 0.0);
+    return highest > 0 || surface == Vec3{};
+  }
   [[nodiscard]] SphericalRectangle rectangle() const {
     return {corner, u, v, light.inverse_length_u, light.inverse_length_v};
   }
@@ -83,7 +91,7 @@ QuadLight::QuadLight(const Vec3& corner_, const Vec3& edge_u_, const Vec3& edge_
 ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightContext& context,
                          Vec2 uv) {
   const SeenQuad quad(light, context.p);
-  if (!quad.plane.visible(two_sided)) return {};
+  if (!quad.visible(two_sided, context.n)) return {};
   const double s = uv.x, t = uv.y;
   if (light.rectangle) {
     const SphericalRectangle rectangle = quad.rectangle();
@@ -109,7 +117,7 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
 double pdf_shape(const QuadLight& light, bool two_sided, const LightContext& context,
                  const LightHit& hit) {
   const SeenQuad quad(light, context.p);
-  if (!quad.plane.visible(two_sided)) return 0;
+  if (!quad.visible(two_sided, context.n)) return 0;
   if (light.rectangle) {
     const double angle = quad.rectangle().solid_angle();
     if (angle >= least_rectangle_angle) return 1 / angle;
@@ -131,6 +139,12 @@ struct SeenTriangle {
         b(to_double(triangle.b) - to_double(p)),
         c(to_double(triangle.c) - to_double(p)),
         plane(a, b - a, c - a) {}
+
+  [[nodiscard]] bool visible(bool two_sided, const Vec3& surface) const {
+    if (!plane.visible(two_sided)) return false;
+    const Vec3d n = to_double(surface);
+    return std::max({dot(a, n), dot(b, n), dot(c, n)}) > 0 || surface == Vec3{};
+  }
 };
 
 }  // namespace
@@ -138,7 +152,7 @@ struct SeenTriangle {
 ShapeSample sample_shape(const TriangleLight& light, bool two_sided, const LightContext& context,
                          Vec2 uv) {
   const SeenTriangle triangle(light, context.p);
-  if (!triangle.plane.visible(two_sided)) return {};
+  if (!triangle.visible(two_sided, context.n)) return {};
   const SphericalTriangle spherical(triangle.a, triangle.b, triangle.c);
   if (spherical.solid_angle() >= least_triangle_angle) {
     return along(triangle.plane, spherical.sample(uv.x, uv.y), 1 / spherical.solid_angle());
@@ -154,7 +168,7 @@ ShapeSample sample_shape(const TriangleLight& light, bool two_sided, const Light
 double pdf_shape(const TriangleLight& light, bool two_sided, const LightContext& context,
                  const LightHit& hit) {
   const SeenTriangle triangle(light, context.p);
-  if (!triangle.plane.visible(two_sided)) return 0;
+  if (!triangle.visible(two_sided, context.n)) return 0;
   const SphericalTriangle spherical(triangle.a, triangle.b, triangle.c);
   if (spherical.solid_angle() >= least_triangle_angle) return 1 / spherical.solid_angle();
   return triangle.plane.pdf_by_area(0.5, hit.distance, to_double(hit.wi));
