@@ -83,6 +83,19 @@ TEST(LightTable, NoLightsOrNoPowerChoosesNone) {
   EXPECT_EQ(dark.pdf({}, 0, {.wi = {0, 0, 1}, .distance = 2}), 0);
 }
 
+TEST(LightTable, TheEnvironmentIsChosenAsOftenAsAllOthersHoweverFarTheSceneReaches) {
+  for (const float reach : {1e-3F, 1.0F, 1e6F}) {
+    const LightTable table(
+        {sphere(0, 1), {.shape = EnvironmentLight{{}, reach}, .radiance = gray(1)}, sphere(5, 3)});
+    EXPECT_NEAR(table.pmf(1), 0.5, 1e-6) << reach;
+    EXPECT_NEAR(table.pmf(0), 0.125, 1e-6) << reach;
+    EXPECT_NEAR(table.pmf(2), 0.375, 1e-6) << reach;
+  }
+  const LightTable alone({{.shape = EnvironmentLight{{}, 2}, .radiance = gray(1)}, sphere(0, 0)});
+  EXPECT_EQ(alone.pmf(0), 1);
+  EXPECT_EQ(alone.pmf(1), 0);
+}
+
 TEST(LightTable, ASampleHoldsTheChoiceAndTheLightsNames) {
   Light named = sphere(0, 4);
   named.instance = 7;

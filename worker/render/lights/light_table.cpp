@@ -16,9 +16,16 @@ LightTable::LightTable(std::vector<Light> lights)
   for (std::size_t i = 0; i < n; ++i) {
     if (std::holds_alternative<EnvironmentLight>(lights_[i].shape)) {
       environment_ = static_cast<std::uint32_t>(i);
+      continue;
     }
     share[i] = static_cast<double>(luminance(power(lights_[i])));
     total += share[i];
+  }
+  if (environment_ != no_id && luminance(lights_[environment_].radiance) > 0) {
+    // As much as all others together, as pbrt-v4's BVHLightSampler does (lightsamplers.h). Its
+    // power goes by how far the scene reaches, and a wide ground would leave nothing to the lamps.
+    share[environment_] = total > 0 ? total : 1;
+    total += share[environment_];
   }
   if (!(total > 0)) {
     buckets_.clear();

@@ -6,8 +6,9 @@
 
 namespace tessera::render {
 
-/// All lights of a scene, and the choice among them, in proportion to their power (Rec.709
-/// luminance).
+/// All lights of a scene, at most one of them an environment, and the choice among them: in
+/// proportion to their power (Rec.709 luminance), and the environment as often as all others
+/// together.
 class LightTable {
  public:
   LightTable() = default;
