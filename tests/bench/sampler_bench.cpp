@@ -1,30 +1,17 @@
 #include <benchmark/benchmark.h>
 
 #include <string>
+#include <string_view>
 
+#include "tests/bench/sampler_ratios.hpp"
 #include "worker/render/filter.hpp"
 #include "worker/render/lights/light_table.hpp"
 #include "worker/render/sampler.hpp"
 
-/// What one draw costs: the numbers themselves, a place in the filter, a direction towards a light.
+/// What random numbers cost, by sampler and integrator (sampler_ratios); then a place in the filter
+/// and a direction towards a light. `--ratios` stops before the latter.
 namespace tessera::render {
 namespace {
-
-void draw_set(benchmark::State& state, SamplerKind kind) {
-  std::uint64_t sample = 0;
-  for (auto _ : state) {
-    const Sampler sampler(kind, 1, 100, 200, ++sample);
-    benchmark::DoNotOptimize(sampler.draw4(dim::bsdf_set(0))[0]);
-  }
-}
-void draw_pair(benchmark::State& state, SamplerKind kind) {
-  std::uint32_t dimension = 0;
-  const Sampler sampler(kind, 1, 100, 200, 77);
-  for (auto _ : state) {
-    dimension = (dimension + 4) & 1023;
-    benchmark::DoNotOptimize(sampler.draw2(dimension));
-  }
-}
 
 void draw_filter(benchmark::State& state, FilterKind kind) {
   const Filter filter(kind);
@@ -52,11 +39,6 @@ void ask_light(benchmark::State& state, const Light& light) {
 }
 
 void register_all() {
-  for (const std::string_view name : sampler_names()) {
-    const SamplerKind kind = sampler_kind(name);
-    benchmark::RegisterBenchmark(("draw4/" + std::string(name)).c_str(), draw_set, kind);
-    benchmark::RegisterBenchmark(("draw2/" + std::string(name)).c_str(), draw_pair, kind);
-  }
   for (const std::string_view name : filter_names()) {
     benchmark::RegisterBenchmark(("filter/" + std::string(name)).c_str(), draw_filter,
                                  filter_kind(name));
@@ -85,6 +67,8 @@ void register_all() {
 }  // namespace tessera::render
 
 int main(int argc, char** argv) {
+  tessera::render::print_sampler_ratios();
+  if (argc > 1 && std::string_view(argv[1]) == "--ratios") return 0;
   tessera::render::register_all();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
