@@ -12,6 +12,7 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <sstream>
 #include <thread>
 #include <tuple>
@@ -62,15 +63,25 @@ double cpu_seconds(const std::vector<std::string>& arguments) {
   return in_seconds(used.ru_utime) + in_seconds(used.ru_stime);
 }
 
-/// CPU seconds of a running process so far.
-double cpu_of(pid_t pid) {
+/// What a running process has used so far.
+struct Used {
+  double user = 0, system = 0;  ///< CPU seconds
+  double faults = 0;            ///< pages that came when they were first touched
+};
+
+Used used_by(pid_t pid) {
   const std::string text = read_text("/proc/" + std::to_string(pid) + "/stat");
   std::istringstream fields(text.substr(text.rfind(')') + 2));
   std::string skipped;
-  for (int field = 3; field < 14; ++field) fields >> skipped;
-  double user = 0, system = 0;
-  fields >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  Used used;
+  for (int field = 3; field < 10; ++field) fields >> skipped;
+  fields >> used.faults;
+  for (int field = 11; field < 14; ++field) fields >> skipped;
+  fields >> used.user >> used.system;
+  const auto ticks = static_cast<double>(sysconf(_SC_CLK_TCK));
+  used.user /= ticks;
+  used.system /= ticks;
+  return used;
 }
 
 double peak_mib(pid_t pid) {
@@ -112,7 +123,11 @@ void overhead(int pairs, int size, int samples) {
 /// would.
 class Flood {
  public:
-  Flood(const std::string& address, int number) : worker_(address, hello(number)) {}
+  Flood(const std::string& address, int number) : worker_(address, hello(number)) {
+    std::mt19937 random(static_cast<unsigned>(number));
+    std::uniform_real_distribution<float> uniform(0.5F, 1);
+    for (float& value : noise_) value = uniform(random);
+  }
 
   void run(std::atomic<std::int64_t>& delivered) {
     while (auto task = worker_.next_task(Seconds(3))) {
@@ -129,42 +144,59 @@ class Flood {
     hello.identity.replace(0, 1, std::to_string(number));
     return hello;
   }
-  /// The values of one pass are made once, and stand in each of its tiles of that size.
+  /// Noise, each tile another piece of it: mantissas are random as a renderer's are, so that the
+  /// picture's file is as hard to compress.
   std::vector<std::byte> tile_for(const AssignedTask& task) {
     const Rect window = task.plan.grid.tile(task.assign.task.tile);
     auto& made = made_[{task.assign.task.pass, window.width, window.height}];
     if (made.values.empty()) made = ScriptedWorker::good_image(task);
     made.window = window;
+    constexpr std::size_t step = 4099;
+    const std::size_t room = noise_.size() - made.values.size();
+    const auto from = static_cast<std::ptrdiff_t>(++tiles_ * step % room);
+    std::copy_n(noise_.begin() + from, made.values.size(), made.values.begin());
     return image::encode_tile(made);
   }
   ScriptedWorker worker_;
   std::map<std::tuple<std::uint32_t, int, int>, image::TileImage> made_;
+  std::vector<float> noise_ = std::vector<float>(std::size_t{1} << 20);
+  std::size_t tiles_ = 0;
 };
 
-void results(int film, int tile, int samples, const std::string& aim_rate,
-             const std::string& aim_cpu) {
+/// One job after another, as a coordinator has them; the count is of all.
+struct Load {
+  int film = 512, tile = 64, samples = 256, jobs = 1;
+};
+
+void results(const Load& load, const std::string& aim_rate, const std::string& aim_cpu) {
   Farm farm;
-  const std::string side = std::to_string(film);
-  const double cpu_before = cpu_of(farm.server().pid());
-  const std::string id =
-      farm.submit(cornell(), {"--size", side + "x" + side, "--tile", std::to_string(tile),
-                              "--samples", std::to_string(samples)});
+  const std::string side = std::to_string(load.film), tile = std::to_string(load.tile);
+  const Used before = used_by(farm.server().pid());
   std::atomic<std::int64_t> delivered = 0;
   std::vector<std::thread> threads;
   const auto started = Clock::now();
   for (int number = 0; number < 2; ++number)
     threads.emplace_back([&, number] { Flood(farm.listen(), number).run(delivered); });
-  if (farm.tessera({"wait", id}).code != 0)
-    std::printf("results: the job did not finish\n%s\n", farm.logs().c_str());
+  for (int job = 0; job < load.jobs; ++job) {
+    const std::string id = farm.submit(cornell(), {"--size", side + "x" + side, "--tile", tile,
+                                                   "--samples", std::to_string(load.samples)});
+    if (farm.tessera({"wait", id}).code != 0)
+      std::printf("results: a job did not finish\n%s\n", farm.logs().c_str());
+  }
   const double took = std::chrono::duration<double>(Clock::now() - started).count();
-  const double cpu = cpu_of(farm.server().pid()) - cpu_before;
+  const Used after = used_by(farm.server().pid());
   for (std::thread& thread : threads) thread.join();
   const auto count = static_cast<double>(delivered);
-  const std::string name = std::to_string(tile) + "x" + std::to_string(tile);
-  print(name + " results decoded, journaled, folded, acknowledged", count / took, "1/s", aim_rate);
-  print("coordinator's CPU time per " + name + " result", 1e6 * cpu / count, "us", aim_cpu);
-  print("coordinator's peak memory, film " + side + "x" + side, peak_mib(farm.server().pid()),
-        "MiB", "");
+  std::printf("film %s, tiles of %s, %d samples, %d jobs, %.0f results:\n", side.c_str(),
+              tile.c_str(), load.samples, load.jobs, count);
+  const double user = after.user - before.user, system = after.system - before.system;
+  if (!aim_rate.empty())
+    print("results decoded, journaled, folded, acknowledged", count / took, "1/s", aim_rate);
+  print("coordinator's CPU time per result, the final EXR included", 1e6 * (user + system) / count,
+        "us", aim_cpu);
+  print("  of it in the system", 1e6 * system / count, "us", "");
+  print("  page faults per result", (after.faults - before.faults) / count, "", "");
+  print("coordinator's peak memory", peak_mib(farm.server().pid()), "MiB", "");
 }
 
 void idle_gap() {
@@ -195,8 +227,10 @@ int main(int count, char** arguments) {
   const auto asked = [&](const char* option) {
     return count > 1 && std::strcmp(arguments[1], option) == 0;
   };
-  results(1024, 16, 16, "at least 10000", "");
-  results(2048, 64, 16, "", "at most 300");
+  results({.film = 1024, .tile = 16, .samples = 16}, "at least 10000", "");
+  results({.film = 512, .tile = 64, .samples = 256, .jobs = 10}, "", "at most 300");
+  results({.film = 2048, .tile = 64, .samples = 16}, "",
+          "");  // each with AOVs, three passes a frame
   if (asked("--results")) return 0;
   idle_gap();
   if (asked("--quick"))
