@@ -15,6 +15,7 @@ namespace {
 
 /// Frame numbers, either way.
 constexpr std::int64_t frame_most = 1'000'000;
+constexpr std::int64_t max_workers_most = 1'000'000;
 
 [[noreturn]] void bad(const char* key, const std::string& message) {
   throw Error(ErrorKind::bad_input, message, {.key = key});
@@ -101,6 +102,7 @@ void check(const JobSpec& spec) {
     bad("frames", "expected first ≤ last and step ≥ 1");
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   within("pass", spec.pass, 1, limits::pass_samples_max);
+  within("max_workers", spec.max_workers, 0, max_workers_most);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
   const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) *
                              ((render.height + spec.tile - 1LL) / spec.tile);
@@ -122,7 +124,8 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"tile", spec.tile},
           {"pass", spec.pass},
           {"aov_samples", spec.aov_samples},
-          {"mixed", spec.mixed}};
+          {"mixed", spec.mixed},
+          {"max_workers", spec.max_workers}};
 }
 
 JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) {
@@ -143,6 +146,7 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   spec.aov_samples =
       static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
   spec.mixed = in.boolean_or("mixed", false);
+  spec.max_workers = static_cast<int>(in.integer_or("max_workers", 0, max_workers_most, 0));
   in.finish();
   check(spec);
   return spec;
@@ -153,6 +157,7 @@ Digest plan_digest(const JobSpec& spec) {
   Json decisive = to_json(spec);
   decisive.erase("name");
   decisive.erase("priority");
+  decisive.erase("max_workers");
   decisive["plan"] = 1;  // counts changes of the rule for tiles and passes
   return digest_of(decisive.dump());
 }

@@ -42,7 +42,8 @@ struct FrameRange {
 };
 
 /// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
-/// Everything in it but name and priority is fixed for good, and is what the plan digest covers.
+/// Everything in it but name and priority is fixed for good; of that, all but max_workers is what
+/// the plan digest covers.
 struct JobSpec {
   std::string name;    ///< for people; a plain name
   int priority = 0;    ///< −100 … 100; higher first
@@ -54,6 +55,7 @@ struct JobSpec {
   int pass = 256;        ///< most samples of a pass
   int aov_samples = 16;  ///< AOVs travel with passes that end at or before this
   bool mixed = false;    ///< take workers of any build, and give up the exactness contract
+  int max_workers = 0;   ///< most workers that hold tasks of it at once; 0: no limit
 
   bool operator==(const JobSpec&) const = default;
 };

@@ -53,13 +53,15 @@ const TaskId* Scheduler::State::suspect_for(const JobEntry& job, const WorkerEnt
 
 JobEntry* Scheduler::State::pick(const WorkerEntry& worker) {
   JobEntry* best = nullptr;
-  double best_share = 0;
+  double best_share = 0, loyalty = 0;
   for (JobEntry* job : order) {
-    if (best != nullptr && job->priority < best->priority) break;
-    if (!eligible(*job, worker)) continue;
+    if (!job->has_place_for(worker.id) || !eligible(*job, worker)) continue;
     if (suspect_for(*job, worker) == nullptr && !job->tasks.peek()) continue;
     double share = job->served;
-    if (worker.parts.contains(job->id)) share -= loyalty_seconds * std::max(1, worker.info.threads);
+    // Counted at the weight of the heaviest, which comes first: what is urgent does not wait long.
+    if (best == nullptr)
+      loyalty = loyalty_seconds * std::max(1, worker.info.threads) / job->weight();
+    if (worker.parts.contains(job->id)) share -= loyalty;
     if (best == nullptr || share < best_share) {
       best = job;
       best_share = share;
@@ -90,7 +92,10 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
     job.out.expect(task, now + std::chrono::duration_cast<Duration>(
                                    std::chrono::duration<double>(std::min(held, 1e9))));
   }
-  if (!copy) job.served += job.cost(samples);  // no other job had work for who would have idled
+  ++job.at[worker.id];
+  if (!copy)
+    job.served +=
+        job.cost(samples) / job.weight();  // no other job had work for who would have idled
   idlers.erase(worker.id);
   if (!job.build) job.build = worker.info.build_id;
   if (!job.granted) job.progress_mark = now;
@@ -104,7 +109,9 @@ bool Scheduler::State::take_over(WorkerEntry& idle, Instant now, Actions& action
     WorkerEntry& busy = *worker(id);
     const auto [number, task] = *busy.reserved;
     JobEntry* job = live_job(number);
-    if (job == nullptr || !eligible(*job, idle) || !is_aside(*job, task)) continue;
+    if (job == nullptr || !job->has_place_for(idle.id) || !eligible(*job, idle) ||
+        !is_aside(*job, task))
+      continue;
     const Charges* charges = job->blame.find(task);
     if (charges != nullptr && charges->erred.contains(idle.info.identity)) continue;
     clear_reservation(busy);
@@ -186,6 +193,18 @@ void Scheduler::State::serve_hungry(Instant now, Actions& actions) {
           break;
         }
         id = entry.has_room(settings) ? std::next(id) : ids.erase(id);
+      }
+    }
+    // A job that has its most of workers has work for those alone.
+    for (JobEntry* job : order) {
+      if (!job->full() || !job->has_open()) continue;
+      const auto members = job->at;
+      for (const auto& [id, leases] : members) {
+        if (!ids.contains(id)) continue;
+        WorkerEntry& entry = *worker(id);
+        while (entry.has_room(settings) && grant_one(entry, now, actions)) {
+        }
+        if (!entry.has_room(settings)) ids.erase(id);
       }
     }
     // What busy workers were to run alone is for those who have nothing at all.

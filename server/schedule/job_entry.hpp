@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -43,8 +45,10 @@ struct JobEntry {
 
   std::set<std::string> lost_preparing;  // identities, since a worker was ready
 
-  double served = 0;  // thread-seconds granted, by estimate: the share that fairness compares
-  Meter pace;         // samples a thread-second
+  /// Thread-seconds granted, by estimate, over the job's weight: what fairness keeps equal.
+  double served = 0;
+  std::map<WorkerId, int> at;      // who holds leases of it, and how many
+  Meter pace;                      // samples a thread-second
   double preparation_seconds = 0;  // from a worker's first lease to its ready, smoothed
   Meter progress;                  // samples a second, all workers
   Instant progress_mark{};         // up to where `progress` has been told
@@ -52,8 +56,18 @@ struct JobEntry {
   [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
   /// Not ended: results are taken.
   [[nodiscard]] bool live() const { return state == State::open || state == State::paused; }
-  /// It has something to hand out.
-  [[nodiscard]] bool has_work() {
+  /// Of what all workers do, a job gets the part that is its weight among the weights of all that
+  /// have work: 2^(priority / 5), so that five steps of priority double it.
+  [[nodiscard]] double weight() const { return std::exp2(priority / 5.0); }
+  /// No other worker may be given leases of it.
+  [[nodiscard]] bool full() const {
+    const int most = plan().spec.max_workers;
+    return most > 0 && at.size() >= static_cast<std::size_t>(most);
+  }
+  [[nodiscard]] bool has_place_for(WorkerId worker) const { return !full() || at.contains(worker); }
+  /// It has something to hand out, to whom it may.
+  [[nodiscard]] bool has_work() { return !full() && has_open(); }
+  [[nodiscard]] bool has_open() {
     return state == State::open && (!blame.waiting().empty() || tasks.peek().has_value());
   }
   [[nodiscard]] bool takes(const Digest& worker_build) const {

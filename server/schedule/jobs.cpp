@@ -26,11 +26,10 @@ void Scheduler::State::sort_order() {
 void Scheduler::State::level(JobEntry& job) {
   double least = std::numeric_limits<double>::infinity();
   for (const JobEntry* other : order) {
-    if (other != &job && other->state == JobEntry::State::open && other->priority == job.priority) {
+    if (other != &job && other->state == JobEntry::State::open)
       least = std::min(least, other->served);
-    }
   }
-  if (least < std::numeric_limits<double>::infinity()) job.served = std::max(job.served, least);
+  if (least < std::numeric_limits<double>::infinity()) job.served = least;
 }
 
 void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::string& reason,

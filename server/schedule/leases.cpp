@@ -14,6 +14,11 @@ HeldLease Scheduler::State::end_lease(WorkerEntry& worker, std::uint64_t number)
   if (worker.leases.empty()) worker.alone = false;
   if (JobEntry* entry = job(held.job)) {
     entry->out.remove(held.task, held.id);
+    if (const auto place = entry->at.find(worker.id);
+        place != entry->at.end() && --place->second == 0) {
+      if (entry->full()) work_appeared = true;  // for another worker
+      entry->at.erase(place);
+    }
   }
   touched.insert(worker.id);
   return held;

@@ -141,7 +141,7 @@ struct Scheduler::State {
 
   // ---- jobs.cpp ----
   void sort_order();
-  /// A job that comes, or comes back, is owed nothing for the time that it was away.
+  /// A job that comes, comes back or changes its weight is owed nothing, and owes nothing.
   void level(JobEntry& job);
   void end_job(JobEntry& job, JobEntry::State state, const std::string& reason, Actions& actions);
   void fail(JobEntry& job, const std::string& reason, Actions& actions);

@@ -114,7 +114,8 @@ std::optional<TaskId> Scheduler::State::late_task(JobEntry& job, const WorkerEnt
 bool Scheduler::State::grant_copy(WorkerEntry& idle, Instant now, Actions& actions) {
   if (settings.copies_most < 2 || !idle.leases.empty() || !idle.has_room(settings)) return false;
   for (JobEntry* job : order) {
-    if (job->out.by_end().empty() || !eligible(*job, idle)) continue;
+    if (job->out.by_end().empty() || !job->has_place_for(idle.id) || !eligible(*job, idle))
+      continue;
     if (const auto task = late_task(*job, idle, now)) {
       grant(idle, *job, *task, false, now, actions);
       return true;

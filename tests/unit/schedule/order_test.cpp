@@ -121,6 +121,52 @@ TEST_F(ScheduleTest, EqualJobsShareTheWorkersByTheTimeTheyCost) {
   EXPECT_NEAR(busy[1] / (busy[1] + busy[2]), 0.5, 0.1);
 }
 
+TEST_F(ScheduleTest, JobsShareTheWorkersByWeightWhichFiveStepsOfPriorityDouble) {
+  add(1, spec(4000, 1));
+  JobSpec heavy = spec(4000, 1);
+  heavy.priority = 10;
+  add(2, heavy);
+  std::vector<WorkerId> workers;
+  for (const char* name : {"a", "b", "c", "d"}) workers.push_back(join(name));
+  for (const WorkerId worker : workers) ready(worker, 1), ready(worker, 2);
+  std::map<JobId, int> done;
+  for (int i = 0; i < 600; ++i) {
+    pass(0.2);
+    for (const WorkerId worker : workers) {
+      ready(worker, held_[worker].at(0).job);
+      ++done[finish_one(worker).job];
+    }
+  }
+  EXPECT_NEAR(done[2] / static_cast<double>(done[1] + done[2]), 0.8, 0.05);
+}
+
+TEST_F(ScheduleTest, AJobIsAtItsMostOfWorkersAtMost) {
+  JobSpec two = spec(40, 1);
+  two.max_workers = 2;
+  add(1, two);
+  std::vector<WorkerId> workers;
+  for (const char* name : {"a", "b", "c", "d"}) workers.push_back(join(name));
+  EXPECT_EQ(held_[workers[0]].size(), 2U);
+  EXPECT_EQ(held_[workers[1]].size(), 2U);
+  EXPECT_TRUE(held_[workers[2]].empty());
+  EXPECT_TRUE(held_[workers[3]].empty());
+  leave(workers[0], true);
+  EXPECT_EQ(held_[workers[2]].size() + held_[workers[3]].size(), 2U) << "another takes its place";
+  for (int i = 0; i < 200 && finished_.empty(); ++i) {
+    pass(0.2);
+    std::size_t at_it = 0;
+    for (const WorkerId worker : workers) {
+      scheduler_.worker_heard(worker, now_);
+      if (held_[worker].empty()) continue;
+      ++at_it;
+      ready(worker);
+      finish_one(worker);
+    }
+    EXPECT_LE(at_it, 2U);
+  }
+  EXPECT_EQ(finished_, std::vector<JobId>{1}) << "copies at the tail keep to it too";
+}
+
 TEST_F(ScheduleTest, AWorkerStaysWithTheJobThatItHasPrepared) {
   add(1, spec(1000, 1));
   add(2, spec(1000, 1));
