@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/render/support.hpp"
+#include "worker/render/octahedral.hpp"
 
 /// Irradiance of a small element, read as the radiance πL = ρE of a diffuse surface, ρ = .5.
 namespace tessera::render::proof {
@@ -148,6 +150,73 @@ TEST(Direct, ConstantEnvironment) {
   SceneMaker maker = floor_scene();
   maker.environment(2);
   expect_mean(measure(maker.build(), {}), reflected(pi_d * 2));
+}
+
+TEST(Direct, ALampAndTheEnvironmentShareTheLightSamples) {
+  // The lamp hides what it covers of the sky.
+  SceneMaker maker = floor_scene();
+  maker.environment(2);
+  maker.add(maker.emitter(3), lamp(-0.5, -0.5, 1, 1, 1));
+  expect_mean(measure(maker.build(), {}), reflected(pi_d * (2 + (3 - 2) * 0.2394565)));
+}
+
+TEST(Direct, AWideGroundDoesNotStarveALamp) {
+  // By the sphere around the scene the environment had nearly all of the power.
+  SceneMaker maker;
+  constexpr double reach = 1e4;
+  maker.add(maker.diffuse(albedo),
+            scene::Quad{{-reach, 0, -reach}, {0, 0, 2 * reach}, {2 * reach, 0, 0}});
+  maker.look({-2, 0.3, 0.1}, {0, 0, 0}).environment(0.5);
+  maker.add(maker.emitter(300), lamp(0, 0, 0.05, 0.05, 1));
+  const double factor = parallel(0.05, 0.05, 1);
+  expect_mean(measure(maker.build(), {}), reflected(pi_d * (0.5 + 299.5 * factor)));
+}
+
+/// A triangle in the floor, with a normal given at each corner, looked at in its centre.
+SceneMaker bent_floor(const std::array<scene::Vec3, 3>& normals) {
+  SceneMaker maker;
+  scene::Mesh mesh;
+  mesh.positions = {{-1, 0, -1}, {0, 0, 2}, {1, 0, -1}};
+  mesh.triangles = {{0, 1, 2}};
+  for (const scene::Vec3& n : normals) {
+    mesh.normals.push_back(
+        {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+  }
+  maker.add(maker.diffuse(albedo), mesh);
+  maker.look({-2, 0.3, 0.1}, {0, 0, 0});
+  return maker;
+}
+/// Their mean, each as 32 bits keep it.
+Vec3d mean_normal(const std::array<scene::Vec3, 3>& normals) {
+  Vec3d sum;
+  for (const scene::Vec3& n : normals) {
+    const Vec3 unit = to_float(normalize(to_vec3d(n)));
+    sum += to_double(decode_octahedral(encode_octahedral(unit)));
+  }
+  return normalize(sum);
+}
+
+TEST(Direct, AnInterpolatedNormalTiltsTheEnvironmentsCosine) {
+  // The sky is still cut off by the true surface: of a plane tilted by τ it lights (1 + cos τ)/2.
+  const std::array<scene::Vec3, 3> normals{{{-0.9, 1, 0}, {-0.2, 1, 0.6}, {-0.7, 1, -0.3}}};
+  SceneMaker maker = bent_floor(normals);
+  maker.environment(2);
+  const double cosine = mean_normal(normals).y;
+  ASSERT_LT(cosine, 0.9);
+  expect_mean(measure(maker.build(), {}), reflected(2 * pi_d * (1 + cosine) / 2));
+}
+
+TEST(Direct, AnInterpolatedNormalTiltsALampsCosine) {
+  const std::array<scene::Vec3, 3> normals{{{-0.9, 1, 0}, {-0.2, 1, 0.6}, {-0.7, 1, -0.3}}};
+  for (const Vec3d& towards : {Vec3d{-0.6, 0.8, 0}, Vec3d{0.48, 0.8, 0.36}}) {
+    SceneMaker maker = bent_floor(normals);
+    const double d = 2, radius = 0.25;
+    maker.add(maker.emitter(1),
+              scene::Sphere{{d * towards.x, d * towards.y, d * towards.z}, radius});
+    const double cosine = dot(mean_normal(normals), towards);
+    ASSERT_GT(cosine, 0.3);
+    expect_mean(measure(maker.build(), {}), reflected(pi_d * radius * radius / (d * d) * cosine));
+  }
 }
 
 TEST(Direct, ABlackWallHidesHalfOfTheEnvironment) {

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <variant>
+#include <vector>
 
 #include "tests/render/support.hpp"
 
@@ -50,6 +52,76 @@ TEST(Global, ClosedFurnaceByBounces) {
 
 TEST(Global, SphereSeenFromInside) {
   expect_mean(measure(furnace(Room::sphere, 0.5, 0.5), {8, 64, unlimited}), 1);
+  // What it emits, and what is scattered once.
+  expect_mean(measure(furnace(Room::sphere, 0.5, 0.5), {8, 64, 0}), 0.75);
+}
+
+TEST(Global, AColouredFurnaceGivesEachChannelItsOwnSum) {
+  Scene scene = furnace(Room::box, 0.5);
+  for (CompiledMaterial& material : scene.materials) {
+    for (Instruction& step : material.program) {
+      if (step.code == Instruction::Code::lobe) step.lobe.weight = {0.2F, 0.5F, 0.8F};
+    }
+  }
+  const double expected[] = {1.25, 2, 5};
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    std::vector<double> means;
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+      const RenderedTask done = render(scene, {8, 64, unlimited}, seed);
+      double sum = 0;
+      for (const float value : done.image.plane(image::R + channel)) sum += value;
+      means.push_back(sum / static_cast<double>(done.image.pixels()));
+    }
+    expect_mean(estimate_of(means), expected[channel], 0.01);
+  }
+}
+
+TEST(Global, IntegratingSphereWithAPort) {
+  // The port is a black disk in the plane of its rim: seen from any point of the wall it covers the
+  // very part of the sphere that lies behind it, f = 2 %.
+  constexpr double albedo = 0.8, port = 0.02, lamp_radius = 0.01;
+  SceneMaker maker;
+  maker.add(maker.diffuse(albedo), scene::Sphere{{0, 0, 0}, 1});
+  // Flux 1, from the centre.
+  const double radiance = 1 / (4 * pi_d * pi_d * lamp_radius * lamp_radius);
+  maker.add(maker.emitter(radiance), scene::Sphere{{0, 0, 0}, lamp_radius});
+  scene::Mesh disk;
+  constexpr std::uint32_t corners = 512;
+  const double height = 1 - 2 * port, rim = std::sqrt(1 - height * height);
+  disk.positions.push_back({0, static_cast<float>(height), 0});
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const double turn = 2 * pi_d * i / corners;
+    disk.positions.push_back({static_cast<float>(rim * std::cos(turn)), static_cast<float>(height),
+                              static_cast<float>(rim * std::sin(turn))});
+    disk.triangles.push_back({0, 1 + i, 1 + (i + 1) % corners});
+  }
+  maker.add(maker.diffuse(0), disk);
+  maker.look({0.3, 0.1, 0.2}, {0.8, -0.3, 0.5}, 40);
+  // Φ/(πA)·ρ/(1 − ρ(1 − f)), where the lamp, which is black, takes its part too: (r/R)².
+  const double lost = port + lamp_radius * lamp_radius;
+  const double expected = albedo / (4 * pi_d * pi_d) / (1 - albedo * (1 - lost));
+  EXPECT_NEAR(expected, 0.0938159, 1e-4);
+  expect_mean(measure(maker.build(), {8, 256, unlimited}), expected);
+}
+
+TEST(Global, AGlassSphereReflectsTheMeanOfFresnelsReflectance) {
+  // From afar the sphere's disk shows each angle as often as diffuse light comes in by it. Nothing
+  // passes, so the disk has what is reflected, and the corners of the film the environment.
+  const struct {
+    double ior, reflectance;
+  } cases[] = {{1.33, 0.065931}, {1.5, 0.091778}, {1.8, 0.134054}};
+  for (const auto& one : cases) {
+    SceneMaker maker;
+    const std::uint32_t glass = maker.dielectric(one.ior);
+    std::get<scene::Dielectric>(maker.description.materials[glass].surface).transmittance = {};
+    maker.add(glass, scene::Sphere{{0, 0, 0}, 1});
+    constexpr double away = 2000;
+    const double fov = 2 * std::asin(1 / away) * 180 / pi_d;
+    maker.environment(0.75).look({0, 0, away}, {0, 0, 0}, fov, {0, 1, 0});
+    const double disk = pi_d / 4;
+    expect_mean(measure(maker.build(), {16, 64, unlimited}),
+                0.75 * (disk * one.reflectance + (1 - disk)));
+  }
 }
 
 TEST(Global, ClearGlassSphereInAConstantEnvironmentIsNotThere) {
