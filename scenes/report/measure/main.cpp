@@ -93,10 +93,9 @@ int run(int argc, char** argv) {
     command->add_option("pictures", files, "EXR files")->required()->check(CLI::ExistingFile);
     command
         ->add_option("--reference", references,
-                     "The truth: EXR files of other seeds, their mean is taken")
+                     "The truth: EXR files of other seeds, their mean is taken; all that follow")
         ->required()
-        ->check(CLI::ExistingFile)
-        ->allow_extra_args(false);
+        ->check(CLI::ExistingFile);
   };
   CLI::App* each =
       app.add_subcommand("pictures", "Mean and variance of a sample, a line per picture");
