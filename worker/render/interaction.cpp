@@ -24,7 +24,7 @@ float max_of(const Vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 /// A point in the space of its group, its normals, and the size of the coordinates it came from.
 struct Local {
   Vec3 p;
-  Vec3 normal;          ///< unit, until it is placed
+  Vec3 normal;          ///< of any length
   Vec3 shading_normal;  ///< of any length
   Vec3 extent;
   bool flat = true;
@@ -98,7 +98,7 @@ void place(const Placement& placement, Local& local) {
            placement.error_scale;
   };
   local.extent = {row(0), row(4), row(8)};
-  local.normal = normalize(normal_to_world(placement, local.normal));
+  local.normal = normal_to_world(placement, local.normal);
   local.shading_normal = normal_to_world(placement, local.shading_normal);
 }
 
@@ -136,7 +136,7 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
   }
   ShadingPoint& point = at.shading;
   point.wo = -ray.direction;
-  point.normal = local.normal;
+  point.normal = normalize(local.normal);
   point.uv = {hit.u, hit.v};
   point.footprint = ray.cone_width + ray.cone_spread * hit.t;
   Vec3 n = point.normal;
