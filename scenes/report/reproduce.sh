@@ -19,7 +19,7 @@ wedge() { "$bin/tessera" wedge "$here/$2.json" -o "$out/$1.png" --exr-dir "$out/
   { cat "$out/$1.log" >&2; exit 1; }; }
 statistics() { "$bin/tessera-statistics" "$@"; }
 plot() { gnuplot -e "folder='$out'" "$here/plots/$1.gp"; }
-show() { column -t -s $'\t' "$1"; }
+show() { grep -v '^# ' "$1" | column -t -s $'\t'; grep '^# ' "$1" || true; }
 
 # For what is about plain random numbers: of the generators addressed by pixel and sample, one that costs little.
 random=pcg

@@ -35,6 +35,26 @@ class WorkerLink {
   virtual void hold(bool held) = 0;
 };
 
+/// What has happened since the coordinator started; numbers only grow.
+struct CoordinatorCounters {
+  std::uint64_t results_accepted = 0;   ///< durable, the first of their tasks
+  std::uint64_t results_duplicate = 0;  ///< their tasks have another result; told "stale"
+  std::uint64_t results_stale = 0;      ///< their jobs have ended, or are not known
+  /// Not taken, and why.
+  struct Rejected {
+    std::uint64_t plan = 0;        ///< of another plan than the job's
+    std::uint64_t task = 0;        ///< of a task that the job has not
+    std::uint64_t lease = 0;       ///< of a lease that was not granted to that worker
+    std::uint64_t statistics = 0;  ///< what it says of itself cannot be
+    std::uint64_t tile = 0;        ///< its EXR is not what the task asked for
+  } rejected;
+  std::uint64_t leases_granted = 0;
+  std::uint64_t leases_revoked = 0;  ///< those that expired among them
+  std::uint64_t leases_expired = 0;  ///< their workers made no progress for too long
+  std::uint64_t workers_joined = 0;
+  std::uint64_t workers_lost = 0;  ///< left without a word: died, fell silent, were dropped
+};
+
 /// What HTTP and the client show of a job.
 struct JobStatus {
   JobView view;
@@ -116,6 +136,9 @@ class Coordinator {
   /// The present version without encoding anything.
   [[nodiscard]] virtual std::optional<std::uint64_t> version(JobId id,
                                                              std::int32_t frame) const = 0;
+
+  /// Since the start.
+  [[nodiscard]] virtual CoordinatorCounters counters() const = 0;
 
   // ---- listening ----
   /// Events of one job, or of all.

@@ -84,6 +84,7 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
                },
                {[this](std::vector<ArrivedResult> results) { results_durable(std::move(results)); },
                 [this](const ArrivedResult& result, const std::string& reason) {
+                  ++counters_.rejected.tile;
                   result_invalid(result, reason);
                 }}) {}
 
@@ -223,6 +224,7 @@ void CoordinatorImpl::perform_one(const GrantLease& grant) {
     crew_.start("a job's start", keep(job->record));
     tell_job(grant.job);
   }
+  ++counters_.leases_granted;
   wire::Assign assign;
   assign.lease = grant.lease;
   assign.job = grant.job;
@@ -233,6 +235,8 @@ void CoordinatorImpl::perform_one(const GrantLease& grant) {
 }
 
 void CoordinatorImpl::perform_one(const RevokeLeases& revoke) {
+  counters_.leases_revoked += revoke.leases.size();
+  if (revoke.expired) counters_.leases_expired += revoke.leases.size();
   constexpr std::size_t most = 4096;  // wire::leases_per_message
   for (std::size_t first = 0; first < revoke.leases.size(); first += most) {
     const auto from = revoke.leases.begin() + static_cast<std::ptrdiff_t>(first);

@@ -48,6 +48,7 @@ class CoordinatorImpl : public Coordinator {
   [[nodiscard]] std::optional<std::uint64_t> version(JobId id, std::int32_t frame) const override;
 
   // ---- workers.cpp ----
+  [[nodiscard]] CoordinatorCounters counters() const override { return counters_; }
   [[nodiscard]] std::vector<WorkerView> workers() const override;
   void drain_worker(WorkerId worker) override;
   [[nodiscard]] std::uint64_t epoch() const override { return store_->epoch(); }
@@ -105,6 +106,8 @@ class CoordinatorImpl : public Coordinator {
   // ---- workers.cpp ----
   void results_durable(std::vector<ArrivedResult> results);
   void result_invalid(const ArrivedResult& result, const std::string& reason);
+  /// Why the scheduler rejects it, in words; counted.
+  std::string refuse(const wire::Result& result, const Job* job);
   void send(WorkerId worker, wire::Message message);
   void hold_or_release();
 
@@ -154,6 +157,7 @@ class CoordinatorImpl : public Coordinator {
   std::unordered_map<WorkerId, Worker> workers_;
   boost::asio::steady_timer clock_;
   Instant armed_ = Instant::max();
+  CoordinatorCounters counters_;
   bool holding_ = false;
   bool stopping_ = false;
   boost::asio::thread_pool pool_;      ///< decodes and folds

@@ -34,21 +34,27 @@ std::string fault_of(const wire::Result& result, const image::TileExpectation& e
   return {};
 }
 
-std::string refusal_of(const wire::Result& result, const Job* job) {
-  if (job && job->plan->digest != result.plan)
-    return "the result is of another plan than the job's";
-  if (job && !job->plan->contains(result.task))
-    return fmt::format("the job has no {}", text_of(result.task));
-  return fmt::format("lease {}.{} was not granted to this worker for {}", result.lease.epoch,
-                     result.lease.number, text_of(result.task));
-}
-
 }  // namespace
 
 std::vector<WorkerView> CoordinatorImpl::workers() const { return scheduler_.workers(now()); }
 
+std::string CoordinatorImpl::refuse(const wire::Result& result, const Job* job) {
+  if (job && job->plan->digest != result.plan) {
+    ++counters_.rejected.plan;
+    return "the result is of another plan than the job's";
+  }
+  if (job && !job->plan->contains(result.task)) {
+    ++counters_.rejected.task;
+    return fmt::format("the job has no {}", text_of(result.task));
+  }
+  ++counters_.rejected.lease;
+  return fmt::format("lease {}.{} was not granted to this worker for {}", result.lease.epoch,
+                     result.lease.number, text_of(result.task));
+}
+
 WorkerId CoordinatorImpl::worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) {
   const Scheduler::Joined joined = scheduler_.worker_joined(info, now());
+  ++counters_.workers_joined;
   workers_[joined.worker] = {info, link, {}};
   if (holding_) link->hold(true);
   perform(joined.actions);
@@ -63,6 +69,7 @@ void CoordinatorImpl::worker_left(WorkerId worker, bool clean) {
   if (found == workers_.end()) return;
   const std::string name = found->second.info.name;
   workers_.erase(found);
+  if (!clean) ++counters_.workers_lost;
   perform(scheduler_.worker_left(worker, clean, now()));
   log::info("worker {} ({}) has left{}", worker, name, clean ? "" : " without a word");
   hub_.publish("worker", 0, worker_event(worker, name, "left"));
@@ -107,9 +114,10 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
   const Verdict verdict =
       scheduler_.result_arrived(worker, result.lease, result.job, result.plan, result.task, now());
   if (verdict == Verdict::stale || (verdict == Verdict::take && !job)) {
+    ++(job && !job->ending && !job->ended ? counters_.results_duplicate : counters_.results_stale);
     send(worker, wire::Stale{result.lease});
   } else if (verdict == Verdict::rejected) {
-    const std::string reason = refusal_of(result, job);
+    const std::string reason = refuse(result, job);
     log::warn("worker {} ({}): a result is rejected: {}", worker, found->second.info.name, reason);
     send(worker, wire::Rejected{result.lease, reason});
   } else {
@@ -123,6 +131,7 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
     const image::TileExpectation expected = expectation_of(*job->plan, result.task);
     if (const std::string fault = fault_of(result, expected, job->plan->spec.render);
         !fault.empty()) {
+      ++counters_.rejected.statistics;
       result_invalid(arrived, fault);
     } else {
       arrived.budget = in_flight_.take(exr.size());
@@ -147,6 +156,7 @@ void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
   std::set<JobId> late;
   for (ArrivedResult& result : results) {
     const ResultInfo& info = result.info;
+    ++counters_.results_accepted;
     send(result.worker, wire::Accepted{info.lease});
     perform(scheduler_.result_durable(result.worker, info.lease, info.job, info.task, info.samples,
                                       info.seconds, now()));

@@ -86,6 +86,33 @@ void write_workers(Writer& out, const std::vector<WorkerView>& workers) {
   out.single("samples_per_second", "gauge", "Measured speed of all workers together.", speed);
 }
 
+void write_counters(Writer& out, const CoordinatorCounters& counters) {
+  out.family("results_total", "counter", "Results that workers sent, by what became of them.");
+  const CoordinatorCounters::Rejected& rejected = counters.rejected;
+  out.sample(counters.results_accepted, "outcome=\"accepted\"");
+  out.sample(counters.results_duplicate, "outcome=\"duplicate\"");
+  out.sample(counters.results_stale, "outcome=\"stale\"");
+  out.sample(rejected.plan + rejected.task + rejected.lease + rejected.statistics + rejected.tile,
+             "outcome=\"rejected\"");
+  out.family("results_rejected_total", "counter", "Results that were rejected, by reason.");
+  out.sample(rejected.plan, "reason=\"plan\"");
+  out.sample(rejected.task, "reason=\"task\"");
+  out.sample(rejected.lease, "reason=\"lease\"");
+  out.sample(rejected.statistics, "reason=\"statistics\"");
+  out.sample(rejected.tile, "reason=\"tile\"");
+  out.single("leases_granted_total", "counter", "Leases given to workers.",
+             counters.leases_granted);
+  out.single("leases_revoked_total", "counter",
+             "Leases taken back from workers that are connected, expired ones among them.",
+             counters.leases_revoked);
+  out.single("leases_expired_total", "counter", "Leases whose worker made no progress for too long.",
+             counters.leases_expired);
+  out.single("workers_joined_total", "counter", "Workers that connected and were welcomed.",
+             counters.workers_joined);
+  out.single("workers_lost_total", "counter", "Workers whose connection ended without a word.",
+             counters.workers_lost);
+}
+
 }  // namespace
 
 ProcessUsage process_usage() {
@@ -110,12 +137,14 @@ ProcessUsage process_usage() {
 }
 
 std::string metrics_text(const std::vector<JobStatus>& jobs, const std::vector<WorkerView>& workers,
-                         const HttpCounters& http, const ProcessUsage& process) {
+                         const CoordinatorCounters& coordinator, const HttpCounters& http,
+                         const ProcessUsage& process) {
   Writer out;
   out.family("build_info", "gauge", "The release and commit; always 1.");
   out.sample(1, fmt::format("version=\"{}\",commit=\"{}\"", version(), build_commit()));
   write_jobs(out, jobs);
   write_workers(out, workers);
+  write_counters(out, coordinator);
   out.single("http_requests_total", "counter", "HTTP requests since the start.", http.requests);
   out.single("http_connections_total", "counter", "HTTP connections accepted since the start.",
              http.connections_accepted);

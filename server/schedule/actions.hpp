@@ -24,6 +24,7 @@ struct RevokeLeases {
   WorkerId worker = 0;
   std::vector<LeaseId> leases;
   std::string reason;
+  bool expired = false;  ///< for want of progress
 };
 /// Close the worker's connection: it fell silent, came again on another one, or cheats. Its leases
 /// are out again already; worker_left is still to be said when the connection has ended.

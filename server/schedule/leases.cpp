@@ -121,7 +121,7 @@ void Scheduler::State::begin_running(const WorkerEntry& worker, HeldLease& held,
 
 void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions) {
   const bool all = !worker.leases.begin()->second.runs;
-  RevokeLeases revoke{worker.id, {}, "no progress for too long"};
+  RevokeLeases revoke{worker.id, {}, "no progress for too long", true};
   for (const auto& [number, held] : worker.leases) {
     if (all || (held.runs && held.advanced + held.stall <= now)) revoke.leases.push_back(held.id);
   }

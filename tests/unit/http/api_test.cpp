@@ -210,6 +210,32 @@ TEST_F(ApiTest, MetricsCountJobsByStateAndTheRequestsSoFar) {
   EXPECT_THAT(body, HasSubstr("\ntessera_process_cpu_seconds_total "));
 }
 
+TEST_F(ApiTest, MetricsCountWhatBecameOfResultsLeasesAndWorkers) {
+  coordinator.counted.results_accepted = 11;
+  coordinator.counted.results_duplicate = 12;
+  coordinator.counted.results_stale = 13;
+  coordinator.counted.rejected = {1, 2, 4, 8, 16};
+  coordinator.counted.leases_granted = 14;
+  coordinator.counted.leases_revoked = 15;
+  coordinator.counted.leases_expired = 16;
+  coordinator.counted.workers_joined = 17;
+  coordinator.counted.workers_lost = 18;
+  const std::string body = text(ask("GET", "/metrics"));
+  for (const char* line :
+       {"# TYPE tessera_results_total counter", "tessera_results_total{outcome=\"accepted\"} 11",
+        "tessera_results_total{outcome=\"duplicate\"} 12",
+        "tessera_results_total{outcome=\"stale\"} 13",
+        "tessera_results_total{outcome=\"rejected\"} 31",
+        "tessera_results_rejected_total{reason=\"plan\"} 1",
+        "tessera_results_rejected_total{reason=\"task\"} 2",
+        "tessera_results_rejected_total{reason=\"lease\"} 4",
+        "tessera_results_rejected_total{reason=\"statistics\"} 8",
+        "tessera_results_rejected_total{reason=\"tile\"} 16", "tessera_leases_granted_total 14",
+        "tessera_leases_revoked_total 15", "tessera_leases_expired_total 16",
+        "tessera_workers_joined_total 17", "tessera_workers_lost_total 18"})
+    EXPECT_THAT(body, HasSubstr(std::string(line) + "\n"));
+}
+
 TEST_F(ApiTest, ThePageComesWithAPolicyThatLetsNothingElseIn) {
   const HttpResponse page = ask("GET", "/");
   EXPECT_EQ(page.status, 200U);

@@ -23,6 +23,7 @@ class FakeCoordinator : public Coordinator {
  public:
   std::map<JobId, JobStatus> known;
   std::vector<WorkerView> connected;
+  CoordinatorCounters counted;
   std::vector<std::string> calls;
   std::uint64_t present_version = 7;
   std::size_t picture_bytes = 0;  ///< 0: the short text alone
@@ -70,6 +71,7 @@ class FakeCoordinator : public Coordinator {
     add(id, "queued", job);
     co_return id;
   }
+  [[nodiscard]] CoordinatorCounters counters() const override { return counted; }
   [[nodiscard]] std::vector<JobStatus> jobs() const override {
     std::vector<JobStatus> out;
     for (const auto& [id, status] : known) out.push_back(status);

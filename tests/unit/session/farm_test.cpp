@@ -197,9 +197,13 @@ TEST(Farm, EachFrameOfARangeHasItsFile) {
     EXPECT_EQ(difference_from_straight_fold(farm, spec, id, frame), std::nullopt);
 }
 
-/// One wrong result, and what the worker is told; then the job is done by another.
+using Rejected = CoordinatorCounters::Rejected;
+
+/// One wrong result, and what the worker is told; it is counted as `kind`. Then the job is done by
+/// another.
 std::string reason_for(
-    const std::function<void(wire::Result&, image::TileImage&, std::vector<std::byte>&)>& spoil) {
+    const std::function<void(wire::Result&, image::TileImage&, std::vector<std::byte>&)>& spoil,
+    std::uint64_t Rejected::*kind = &Rejected::tile) {
   Farm farm;
   const JobSpec spec = farm.spec(30, 20, 16, 4);
   JobId id = 0;
@@ -227,6 +231,15 @@ std::string reason_for(
   farm.run(scenario());
   EXPECT_EQ(cheat.accepted, 0U);
   EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+  const CoordinatorCounters counters = farm.coordinator->counters();
+  const Rejected& rejected = counters.rejected;
+  EXPECT_EQ(rejected.*kind, 1U);
+  EXPECT_EQ(rejected.plan + rejected.task + rejected.lease + rejected.statistics + rejected.tile,
+            1U);
+  EXPECT_EQ(counters.results_accepted, static_cast<std::uint64_t>(JobPlan(spec).tasks()));
+  EXPECT_EQ(counters.workers_joined, 2U);
+  EXPECT_EQ(counters.workers_lost, 1U) << "the one that vanished";
+  EXPECT_GE(counters.leases_granted, counters.results_accepted);
   return cheat.rejected.empty() ? "" : cheat.rejected.front().reason;
 }
 
@@ -275,7 +288,8 @@ TEST(InvalidTile, OfAnotherSampleCountIsRejectedWithBothCounts) {
 
 TEST(InvalidTile, WhoseStatisticsDoNotFitIsRejected) {
   const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
-                                           std::vector<std::byte>&) { result.samples += 5; });
+                                           std::vector<std::byte>&) { result.samples += 5; },
+      &Rejected::statistics);
   EXPECT_EQ(reason, "samples: expected 256 for frame 1 tile 0 pass 0, found 261");
 }
 
@@ -283,13 +297,14 @@ TEST(InvalidTile, ForALeaseThatItDoesNotHoldIsRejected) {
   const std::string reason =
       reason_for([](wire::Result& result, image::TileImage&, std::vector<std::byte>&) {
         result.lease.number ^= 0x5a5a;
-      });
+      }, &Rejected::lease);
   EXPECT_THAT(reason, HasSubstr("was not granted to this worker for frame 1 tile 0 pass 0"));
 }
 
 TEST(InvalidTile, OfAnotherPlanIsRejected) {
   const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
-                                           std::vector<std::byte>&) { result.plan.bytes[0] ^= 1; });
+                                           std::vector<std::byte>&) { result.plan.bytes[0] ^= 1; },
+      &Rejected::plan);
   EXPECT_EQ(reason, "the result is of another plan than the job's");
 }
 
@@ -313,6 +328,10 @@ TEST(Farm, SecondResultOfATaskIsStaleAndChangesNothing) {
   farm.run(scenario());
   EXPECT_EQ(worker.accepted, static_cast<std::size_t>(JobPlan(spec).tasks()));
   EXPECT_EQ(worker.stale, worker.accepted);
+  EXPECT_EQ(farm.coordinator->counters().results_duplicate +
+                farm.coordinator->counters().results_stale,
+            worker.stale);
+  EXPECT_GT(farm.coordinator->counters().results_duplicate, 0U);
   EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
 }
 
