@@ -105,8 +105,8 @@ void write_counters(Writer& out, const CoordinatorCounters& counters) {
   out.single("leases_revoked_total", "counter",
              "Leases taken back from workers that are connected, expired ones among them.",
              counters.leases_revoked);
-  out.single("leases_expired_total", "counter", "Leases whose worker made no progress for too long.",
-             counters.leases_expired);
+  out.single("leases_expired_total", "counter",
+             "Leases whose worker made no progress for too long.", counters.leases_expired);
   out.single("workers_joined_total", "counter", "Workers that connected and were welcomed.",
              counters.workers_joined);
   out.single("workers_lost_total", "counter", "Workers whose connection ended without a word.",

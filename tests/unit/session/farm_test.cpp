@@ -287,24 +287,24 @@ TEST(InvalidTile, OfAnotherSampleCountIsRejectedWithBothCounts) {
 }
 
 TEST(InvalidTile, WhoseStatisticsDoNotFitIsRejected) {
-  const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
-                                           std::vector<std::byte>&) { result.samples += 5; },
+  const std::string reason = reason_for(
+      [](wire::Result& result, image::TileImage&, std::vector<std::byte>&) { result.samples += 5; },
       &Rejected::statistics);
   EXPECT_EQ(reason, "samples: expected 256 for frame 1 tile 0 pass 0, found 261");
 }
 
 TEST(InvalidTile, ForALeaseThatItDoesNotHoldIsRejected) {
   const std::string reason =
-      reason_for([](wire::Result& result, image::TileImage&, std::vector<std::byte>&) {
-        result.lease.number ^= 0x5a5a;
-      }, &Rejected::lease);
+      reason_for([](wire::Result& result, image::TileImage&,
+                    std::vector<std::byte>&) { result.lease.number ^= 0x5a5a; },
+                 &Rejected::lease);
   EXPECT_THAT(reason, HasSubstr("was not granted to this worker for frame 1 tile 0 pass 0"));
 }
 
 TEST(InvalidTile, OfAnotherPlanIsRejected) {
   const std::string reason = reason_for([](wire::Result& result, image::TileImage&,
                                            std::vector<std::byte>&) { result.plan.bytes[0] ^= 1; },
-      &Rejected::plan);
+                                        &Rejected::plan);
   EXPECT_EQ(reason, "the result is of another plan than the job's");
 }
 
@@ -328,9 +328,9 @@ TEST(Farm, SecondResultOfATaskIsStaleAndChangesNothing) {
   farm.run(scenario());
   EXPECT_EQ(worker.accepted, static_cast<std::size_t>(JobPlan(spec).tasks()));
   EXPECT_EQ(worker.stale, worker.accepted);
-  EXPECT_EQ(farm.coordinator->counters().results_duplicate +
-                farm.coordinator->counters().results_stale,
-            worker.stale);
+  EXPECT_EQ(
+      farm.coordinator->counters().results_duplicate + farm.coordinator->counters().results_stale,
+      worker.stale);
   EXPECT_GT(farm.coordinator->counters().results_duplicate, 0U);
   EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
 }
