@@ -262,4 +262,12 @@ class ScriptedWorker {
   std::map<JobId, std::shared_ptr<const JobPlan>> plans_;
 };
 
+/// Nothing if the job's final file has the bits of a straight fold.
+inline std::optional<std::string> difference_from_straight_fold(const Farm& farm,
+                                                                const JobSpec& spec, JobId id,
+                                                                int frame = 1) {
+  return image::difference(image::read_exr_file(farm.final_file(id, frame)),
+                           expected_exr(JobPlan(spec), frame));
+}
+
 }  // namespace tessera::server
