@@ -1,6 +1,6 @@
 #include "tests/unit/session/farm.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <functional>
 #include <limits>
@@ -9,6 +9,7 @@
 namespace tessera::server {
 namespace {
 
+using testing::HasSubstr;
 using Rejected = CoordinatorCounters::Rejected;
 
 /// One wrong result, and what the worker is told; it is counted as `kind`. Then the job is done by
