@@ -141,7 +141,8 @@ double size_of(TextStyle style) {
 SheetLayout lay_out(const SheetContent& content) {
   // Before anything is placed: 32-bit numbers hold what a reasonable sheet has.
   const auto columns = static_cast<long long>(content.columns.size());
-  const auto rows = static_cast<long long>(content.rows.size() * content.blocks.size());
+  const auto rows =
+      static_cast<long long>(content.rows.size()) * static_cast<long long>(content.blocks.size());
   const long long least =
       columns * rows * (content.cell_width + gap) * static_cast<long long>(content.cell_height);
   SheetLayout out;
