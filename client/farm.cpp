@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <sched.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -18,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::chrono::seconds start_time{30};
+constexpr int restarts_most = 3;  // of each worker
 constexpr std::chrono::milliseconds end_time{5000};
 constexpr std::chrono::milliseconds end_time_interrupted{
     300};  // whoever pressed Ctrl-C does not want to wait
@@ -32,17 +32,6 @@ fs::path beside(const char* name) {
                 fmt::format("render needs the program {} beside this one, at {}; it is not there",
                             name, program.string()));
   return program;
-}
-
-fs::path temporary_folder() {
-  std::error_code error;
-  fs::path root = fs::temp_directory_path(error);
-  if (error) root = "/tmp";
-  std::string pattern = (root / "tessera-render-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr)
-    throw Error(ErrorKind::failed,
-                fmt::format("no temporary folder can be made in {}", root.string()));
-  return pattern;
 }
 
 }  // namespace
@@ -75,53 +64,66 @@ int processors() {
 
 Farm::Farm(int workers, int threads) {
   const fs::path server = beside("tessera-server"), worker = beside("tessera-worker");
-  folder_ = temporary_folder();
-  try {
-    const auto log = [&](const std::string& name) { return folder_ / (name + ".log"); };
-    const std::vector<std::string> arguments{
-        "--data", (folder_ / "data").string(), "--http", "127.0.0.1:0", "--listen", "127.0.0.1:0"};
-    children_.push_back(
-        std::make_unique<Child>("the coordinator", server, arguments, log("server")));
-    const auto line = children_.front()->first_line(start_time);
-    if (!line) {
-      children_.front()->end_within(std::chrono::seconds(1));
-      throw Error(ErrorKind::failed, children_.front()->epitaph());
-    }
-    const ServerAddresses addresses = addresses_from(*line);
-    url_ = "http://" + addresses.http;
-    for (int i = 1; i <= workers; ++i) {
-      const std::string name = fmt::format("local-{}", i);
-      children_.push_back(std::make_unique<Child>(
-          fmt::format("worker {}", i), worker,
-          std::vector<std::string>{"--server", addresses.listen, "--threads",
-                                   std::to_string(threads), "--name", name, "--cache",
-                                   (folder_ / "cache").string()},
-          log(name)));
-    }
-  } catch (...) {
-    children_.clear();
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-    throw;
+  const auto log = [&](const std::string& name) { return folder_.path() / (name + ".log"); };
+  const std::vector<std::string> arguments{"--data",   (folder_.path() / "data").string(),
+                                           "--http",   "127.0.0.1:0",
+                                           "--listen", "127.0.0.1:0"};
+  server_ = std::make_unique<Child>("the coordinator", server, arguments, log("server"));
+  const auto line = server_->first_line(start_time);
+  if (!line) {
+    server_->end_within(std::chrono::seconds(1));
+    throw Error(ErrorKind::failed, server_->epitaph());
+  }
+  const ServerAddresses addresses = addresses_from(*line);
+  url_ = "http://" + addresses.http;
+  for (int i = 1; i <= workers; ++i) {
+    const std::string name = fmt::format("local-{}", i);
+    const std::vector<std::string> how{"--server",  addresses.listen,
+                                       "--threads", std::to_string(threads),
+                                       "--name",    name,
+                                       "--cache",   (folder_.path() / "cache").string()};
+    Seat seat;
+    seat.start = [worker, how, title = fmt::format("worker {}", i), file = log(name)] {
+      return std::make_unique<Child>(title, worker, how, file);
+    };
+    seat.child = seat.start();
+    seats_.push_back(std::move(seat));
   }
 }
 
 Farm::~Farm() {
   // Workers first, so that the coordinator sees them say goodbye.
-  for (auto child = children_.rbegin(); child != children_.rend(); ++child) (*child)->ask_to_end();
+  std::vector<Child*> all;
+  for (const Seat& seat : seats_) all.push_back(seat.child.get());
+  if (server_) all.push_back(server_.get());
+  for (Child* child : all) child->ask_to_end();
   const auto end =
       std::chrono::steady_clock::now() + (interrupt_noted() ? end_time_interrupted : end_time);
-  for (auto child = children_.rbegin(); child != children_.rend(); ++child)
-    (*child)->end_within(
-        std::max<Duration>(end - std::chrono::steady_clock::now(), Duration::zero()));
-  children_.clear();
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  for (Child* child : all)
+    child->end_within(std::max<Duration>(end - std::chrono::steady_clock::now(), Duration::zero()));
 }
 
-void Farm::check() {
-  for (const auto& child : children_)
-    if (!child->running()) throw Error(ErrorKind::failed, child->epitaph());
+void Farm::check(ProgressPrinter& printer) {
+  if (!server_->running()) throw Error(ErrorKind::failed, server_->epitaph());
+  bool any = false;
+  for (Seat& seat : seats_) {
+    if (seat.child->running()) {
+      any = true;
+      continue;
+    }
+    if (seat.given_up) continue;
+    seat.given_up = seat.restarts >= restarts_most;
+    const std::string epitaph = seat.child->epitaph();
+    printer.say(fmt::format("tessera: {}; {}", epitaph.substr(0, epitaph.find('\n')),
+                            seat.given_up ? "it is not started again" : "it is started again"));
+    if (seat.given_up) continue;
+    ++seat.restarts;
+    seat.child = seat.start();
+    any = true;
+  }
+  if (!any)
+    throw Error(ErrorKind::failed,
+                "no worker is left; the last: " + seats_.back().child->epitaph());
 }
 
 }  // namespace tessera::client

@@ -1,5 +1,5 @@
 #pragma once
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -7,6 +7,8 @@
 
 #include "client/child.hpp"
 #include "client/interrupt.hpp"
+#include "client/progress.hpp"
+#include "client/scratch_folder.hpp"
 
 namespace tessera::client {
 
@@ -23,14 +25,25 @@ class Farm {
 
   /// The coordinator's HTTP port.
   [[nodiscard]] const std::string& url() const { return url_; }
-  /// Throws Error{failed} if one of the programs has ended.
-  void check();
+  /// To be called now and then. A worker that has ended is started again, a few times, and
+  /// `printer` says so. Throws Error{failed}, with what it said last, once the coordinator has
+  /// ended or no worker is left.
+  void check(ProgressPrinter& printer);
 
  private:
+  /// A worker's place, whoever sits in it.
+  struct Seat {
+    std::function<std::unique_ptr<Child>()> start;
+    std::unique_ptr<Child> child;
+    int restarts = 0;
+    bool given_up = false;
+  };
+
   NotedInterrupts noted_;
-  std::filesystem::path folder_;
+  ScratchFolder folder_;
   std::string url_;
-  std::vector<std::unique_ptr<Child>> children_;  ///< the coordinator first
+  std::unique_ptr<Child> server_;
+  std::vector<Seat> seats_;
 };
 
 /// Where the coordinator says that it listens.

@@ -6,6 +6,7 @@
 #include "client/print.hpp"
 #include "client/progress.hpp"
 #include "client/server.hpp"
+#include "client/table.hpp"
 
 namespace tessera::client {
 
@@ -16,13 +17,16 @@ int jobs(const Settings& settings) {
     print_json(answer);
     return 0;
   }
-  fmt::print("{:>6}  {:<9}  {:>7}  {:>9}  {}\n", "JOB", "STATE", "DONE", "LEFT", "NAME");
+  constexpr auto right = Table::Align::right;
+  Table table{{{"JOB", right}, {"STATE"}, {"DONE", right}, {"LEFT", right}, {"NAME"}}, {}};
   ObjectReader in(answer, "");
   for (const Json& one : in.required("jobs")) {
     const JobState job = job_state_from(one);
-    fmt::print("{:>6}  {:<9}  {:>5.1f} %  {:>9}  {}\n", job.id, job.state, job.progress * 100,
-               job.eta_seconds && !job.ended() ? duration_text(*job.eta_seconds) : "", job.name);
+    table.rows.push_back(
+        {std::to_string(job.id), job.state, fmt::format("{:.1f} %", job.progress * 100),
+         job.eta_seconds && !job.ended() ? duration_text(*job.eta_seconds) : "", job.name});
   }
+  fmt::print("{}", text_of(table));
   return 0;
 }
 

@@ -66,7 +66,10 @@ JobState overall(std::span<const JobState> jobs) {
     out.samples_per_second += job.samples_per_second;
     if (out.waiting_for.empty()) out.waiting_for = job.waiting_for;
   }
-  out.state = all_done ? "done" : all_ended ? "failed" : rendering ? "rendering" : "queued";
+  out.state = all_done                            ? "done"
+              : all_ended                         ? "failed"
+              : rendering || out.samples_done > 0 ? "rendering"
+                                                  : "queued";
   if (out.samples_per_second > 0) out.waiting_for.clear();
   if (out.samples_total > 0)
     out.progress = static_cast<double>(out.samples_done) / static_cast<double>(out.samples_total);
@@ -155,6 +158,18 @@ void ProgressPrinter::show(const JobState& job, std::string_view prefix) {
 
 void ProgressPrinter::remark(std::string_view text) {
   if (terminal_) rewrite(text);
+}
+
+void ProgressPrinter::remark_now_and_then(std::string_view text) {
+  const Instant now = std::chrono::steady_clock::now();
+  if (now - last_remark_ < std::chrono::milliseconds(100)) return;
+  last_remark_ = now;
+  remark(text);
+}
+
+void ProgressPrinter::say(std::string_view text) {
+  write_all(descriptor_, fmt::format("{}{}\n", open_ ? "\r\x1b[K" : "", text));
+  open_ = false;
 }
 
 void ProgressPrinter::finish() {

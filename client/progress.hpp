@@ -76,6 +76,10 @@ class ProgressPrinter {
   void show(const JobState& job, std::string_view prefix = {});
   /// A remark in the line's place, on a terminal alone.
   void remark(std::string_view text);
+  /// The same, ten times a second at most: for what is told after every piece of something.
+  void remark_now_and_then(std::string_view text);
+  /// A line that stays.
+  void say(std::string_view text);
   /// Ends the line, so that what is printed next begins a new one.
   void finish();
 
@@ -84,6 +88,7 @@ class ProgressPrinter {
   int descriptor_;
   bool terminal_;
   bool open_ = false;
+  Instant last_remark_{};
   LineGate gate_;
 };
 

@@ -50,7 +50,7 @@ int render(const Settings& settings, const RenderOptions& options) {
     Server server(Settings{.server = farm.url(), .token = {}, .json = false});
     upload(server, prepared.assets, [](std::uint64_t, std::uint64_t) {});
     const JobId id = job_state_from(post_job(server, prepared.spec)).id;
-    const Following how{.least = look, .most = look, .check = [&] { farm.check(); }};
+    const Following how{.least = look, .most = look, .check = [&] { farm.check(printer); }};
     job = job_state_from(follow(
         server, id, [&](const Json& object) { printer.show(job_state_from(object)); }, how));
     printer.finish();
@@ -59,7 +59,8 @@ int render(const Settings& settings, const RenderOptions& options) {
                   options.output);
   } catch (const Error& error) {
     printer.finish();
-    if (error.kind() == ErrorKind::unreachable) farm.check();  // the reason rather than the symptom
+    if (error.kind() == ErrorKind::unreachable)
+      farm.check(printer);  // the reason rather than the symptom
     throw;
   }
   const double total = elapsed();

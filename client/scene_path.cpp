@@ -61,7 +61,9 @@ class Walk {
   }
 
   void take_key() {
-    const std::size_t begin = done_ + (done_ > 0 && path_[done_] == '.' ? 1 : 0);
+    if (done_ > 0 && path_[done_] != '.')
+      fail(fmt::format("expected a dot or an index behind {}", here()));
+    const std::size_t begin = done_ + (done_ > 0 ? 1 : 0);
     if (!at_->is_object()) fail(fmt::format("{} is {} and has no keys", here(), kind_of(*at_)));
     const std::string_view rest = path_.substr(begin);
     auto found = at_->end();

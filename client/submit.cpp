@@ -16,7 +16,7 @@ int submit(const Settings& settings, const JobOptions& options) {
   Server server(settings);
   ProgressPrinter printer(2);
   upload(server, prepared.assets, [&](std::uint64_t done, std::uint64_t total) {
-    printer.remark(upload_text(done, total));
+    printer.remark_now_and_then(upload_text(done, total));
   });
   printer.finish();
   const Json job = post_job(server, prepared.spec);

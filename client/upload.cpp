@@ -57,8 +57,9 @@ std::optional<std::uint64_t> kept(Server& server, const Digest& digest) {
       fmt::format("the server answers {} to a question for a blob", response.status));
 }
 
+/// `progress` is told how much of the file is there.
 void send_file(Server& server, const Digest& digest, const std::filesystem::path& file,
-               std::uint64_t size) {
+               std::uint64_t size, const std::function<void(std::uint64_t)>& progress) {
   for (int attempt = 1;; ++attempt) {
     try {
       const auto offset = kept(server, digest);
@@ -70,7 +71,8 @@ void send_file(Server& server, const Digest& digest, const std::filesystem::path
       request.headers.emplace_back("Content-Type", "application/octet-stream");
       request.headers.emplace_back("Upload-Offset", std::to_string(from));
       request.headers.emplace_back("Upload-Length", std::to_string(size));
-      request.file = net::FileRange{file, from, size - from};
+      request.file = net::FileRange{file, from, size - from,
+                                    [&, from](std::uint64_t sent) { progress(from + sent); }};
       server.send(std::move(request));
       return;
     } catch (const Error& error) {
@@ -112,7 +114,8 @@ void upload(Server& server, const SceneAssets& scene, const UploadProgress& prog
     const std::uint64_t size = scene.bundle.files.at(used->path).size;
     progress(done, total);
     try {
-      send_file(server, digest, used->file, size);
+      send_file(server, digest, used->file, size,
+                [&](std::uint64_t there) { progress(done + there, total); });
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input) throw;
       throw Error(ErrorKind::failed,

@@ -64,7 +64,7 @@ class Jobs {
   void submit(ProgressPrinter& printer) {
     for (const SceneAssets& scene : prepared_.scenes)
       upload(server_, scene, [&](std::uint64_t done, std::uint64_t total) {
-        printer.remark(upload_text(done, total));
+        printer.remark_now_and_then(upload_text(done, total));
       });
     for (std::size_t i = 0; i < prepared_.jobs.size(); ++i) {
       states_[i] = job_state_from(post_job(server_, prepared_.jobs[i]));
@@ -166,14 +166,14 @@ void run_jobs(Jobs& jobs, Farm* farm) {
   ProgressPrinter printer(2);
   try {
     jobs.submit(printer);
-    jobs.follow_to_the_end(printer, [farm] {
-      if (farm != nullptr) farm->check();
+    jobs.follow_to_the_end(printer, [&] {
+      if (farm != nullptr) farm->check(printer);
     });
   } catch (const Error& error) {
     printer.finish();
     if (farm == nullptr) jobs.cancel();
     // The reason rather than the symptom.
-    if (farm != nullptr && error.kind() == ErrorKind::unreachable) farm->check();
+    if (farm != nullptr && error.kind() == ErrorKind::unreachable) farm->check(printer);
     throw;
   } catch (const Interrupted&) {
     printer.finish();
@@ -192,7 +192,7 @@ int wedge(const Settings& settings, const WedgeOptions& options) {
   const WedgePlan plan = plan_wedge(options.job, std::move(axes));
   const PreparedWedge prepared = prepare_wedge(plan);
   const SheetContent content = content_of(plan, prepared, options.cell_width, options.exposure);
-  Sheet sheet(lay_out(content), content.cell_width, content.cell_height);
+  const SheetLayout layout = lay_out(content);
   const fs::path folder = exr_folder(options);
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the pictures are still wanted
 
@@ -203,6 +203,7 @@ int wedge(const Settings& settings, const WedgeOptions& options) {
   Server server(farm ? Settings{.server = farm->url(), .token = {}} : settings);
   Jobs jobs(server, plan, prepared, folder);
   run_jobs(jobs, farm ? &*farm : nullptr);
+  Sheet sheet(layout, content.cell_width, content.cell_height);
   jobs.draw(sheet, options);
   write_file_atomically(options.output, sheet.png());
   const double total = seconds(std::chrono::steady_clock::now() - start);

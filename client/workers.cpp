@@ -6,6 +6,7 @@
 #include "client/print.hpp"
 #include "client/progress.hpp"
 #include "client/server.hpp"
+#include "client/table.hpp"
 #include "common/base/error.hpp"
 
 namespace tessera::client {
@@ -17,20 +18,28 @@ int workers(const Settings& settings) {
     print_json(answer);
     return 0;
   }
-  fmt::print("{:>6}  {:<10}  {:>7}  {:>8}  {:>12}  {}\n", "WORKER", "STATE", "THREADS", "TASKS",
-             "SAMPLES/S", "NAME");
+  constexpr auto right = Table::Align::right;
+  Table table{{{"WORKER", right},
+               {"STATE"},
+               {"THREADS", right},
+               {"TASKS", right},
+               {"SAMPLES/S", right},
+               {"NAME"}},
+              {}};
   ObjectReader in(answer, "");
   try {
     for (const Json& worker : in.required("workers"))
-      fmt::print("{:>6}  {:<10}  {:>7}  {:>8}  {:>12}  {}\n", worker.at("id").get<std::uint64_t>(),
-                 worker.at("state").get<std::string>(), worker.at("threads").get<int>(),
-                 worker.at("tasks_done").get<std::int64_t>(),
-                 count_text(worker.at("samples_per_second").get<double>()),
-                 worker.at("name").get<std::string>());
+      table.rows.push_back({std::to_string(worker.at("id").get<std::uint64_t>()),
+                            worker.at("state").get<std::string>(),
+                            std::to_string(worker.at("threads").get<int>()),
+                            std::to_string(worker.at("tasks_done").get<std::int64_t>()),
+                            count_text(worker.at("samples_per_second").get<double>()),
+                            worker.at("name").get<std::string>()});
   } catch (const Json::exception& odd) {
     throw Error(ErrorKind::failed,
                 fmt::format("the server's list of workers cannot be read: {}", odd.what()));
   }
+  fmt::print("{}", text_of(table));
   return 0;
 }
 

@@ -154,6 +154,7 @@ asio::awaitable<void> HttpClient::Impl::write_file(std::shared_ptr<Wire> wire,
     wire->stream.expires_after(request.time);
     co_await http::async_write(wire->stream, serializer, token_of);
     if (error == http::error::need_buffer) error = {};
+    if (!error && range.sent) range.sent(range.size - left);
   }
   // A server that refuses may answer and close before it has taken the whole body: its answer says
   // more than this error.

@@ -23,6 +23,8 @@ struct FileRange {
   std::filesystem::path file;
   std::uint64_t offset = 0;
   std::uint64_t size = 0;
+  /// Told, if given, how many of the bytes have gone out, after each piece.
+  std::function<void(std::uint64_t)> sent;
 };
 
 struct HttpRequest {

@@ -29,8 +29,8 @@ Outcome outcome_of(std::vector<const char*> arguments) {
 }
 
 TEST(CommandLine, every_command_has_help) {
-  for (const char* command : {"render", "submit", "watch", "wait", "fetch", "jobs", "workers",
-                              "cancel", "pause", "resume"}) {
+  for (const char* command : {"render", "wedge", "submit", "watch", "wait", "fetch", "jobs",
+                              "workers", "cancel", "pause", "resume"}) {
     const Outcome out = outcome_of({command, "--help"});
     EXPECT_EQ(out.code, 0) << command;
     EXPECT_NE(out.output.find(command), std::string::npos) << out.output;
@@ -50,6 +50,21 @@ TEST(CommandLine, wrong_usage_is_code_2_and_says_what) {
   };
   for (const Wrong& wrong : std::vector<Wrong>{
            {{"rendr"}, "unknown command \"rendr\"; did you mean \"render\"?"},
+           {{"--server", "http://x", "rendr"}, "did you mean \"render\"?"},
+           {{"render", "a.json", "--sampels", "4"},
+            "unknown flag \"--sampels\"; did you mean "
+            "\"--samples\"?"},
+           {{"submit", "a.json", "--light-sampels=4"}, "did you mean \"--light-samples\"?"},
+           {{"--sever", "http://x", "jobs"}, "did you mean \"--server\"?"},
+           {{"jobs", "--jsno"}, "did you mean \"--json\"?"},
+           {{"wedge", "a.json", "-o", "/tmp/a.png"}, "--vary"},
+           {{"wedge", "a.json", "-o", "/tmp/a.exr", "--vary", "samples=1,2"}, "is a .png"},
+           {{"wedge", "a.json", "-o", "/tmp/a.png", "--vary", "samples"}, "NAME=VALUE"},
+           {{"wedge", "a.json", "-o", "/tmp/a.png", "--vary", "samples=1,2", "--samples", "4"},
+            "a flag fixes"},
+           {{"wedge", "a.json", "-o", "/tmp/a.png", "--vary", "seed=1,2", "--server", "http://x",
+             "--workers", "2"},
+            "beside --server"},
            {{}, "subcommand is required"},
            {{"render"}, "required"},
            {{"render", "a.json"}, "--output"},

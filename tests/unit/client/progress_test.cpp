@@ -128,6 +128,41 @@ TEST(JobState, is_read_from_the_servers_object_whatever_else_stands_in_it) {
   EXPECT_EQ(state.render_seconds, 2.5);
 }
 
+JobState counted(const char* state, std::int64_t done, std::int64_t total, double rate) {
+  JobState out;
+  out.state = state;
+  out.samples_done = done;
+  out.samples_total = total;
+  out.samples_per_second = rate;
+  return out;
+}
+
+TEST(Overall, several_jobs_are_shown_as_one) {
+  const JobState all =
+      overall(std::vector<JobState>{counted("done", 100, 100, 0), counted("rendering", 50, 300, 25),
+                                    counted("queued", 0, 100, 0)});
+  EXPECT_EQ(all.state, "rendering");
+  EXPECT_DOUBLE_EQ(all.progress, 0.3);
+  EXPECT_EQ(all.samples_per_second, 25);
+  EXPECT_EQ(all.eta_seconds, 14);
+  EXPECT_EQ(overall(std::vector<JobState>{counted("queued", 0, 9, 0)}).state, "queued");
+}
+
+TEST(Overall, it_has_ended_when_all_have_and_is_done_when_all_are) {
+  const JobState done = counted("done", 4, 4, 0), lost = counted("cancelled", 1, 4, 0);
+  EXPECT_EQ(overall(std::vector<JobState>{done, done}).state, "done");
+  EXPECT_EQ(overall(std::vector<JobState>{done, lost}).state, "failed");
+  EXPECT_FALSE(overall(std::vector<JobState>{done, counted("paused", 1, 4, 0)}).ended());
+  EXPECT_FALSE(overall(std::vector<JobState>{done, lost}).eta_seconds.has_value());
+}
+
+TEST(Overall, what_is_waited_for_is_said_while_nothing_renders) {
+  JobState waiting = counted("queued", 0, 4, 0);
+  waiting.waiting_for = "a worker";
+  EXPECT_EQ(overall(std::vector<JobState>{waiting}).waiting_for, "a worker");
+  EXPECT_EQ(overall(std::vector<JobState>{waiting, counted("rendering", 1, 4, 9)}).waiting_for, "");
+}
+
 TEST(JobState, which_is_none_or_odd_is_a_failure_of_the_server) {
   for (const char* text : {"[]", "{}", R"({"id": 1, "state": "done"})",
                            R"({"id": "x", "state": "done", "progress": 1})"}) {

@@ -52,7 +52,7 @@ TEST(ScenePath, what_is_not_there_is_an_error_that_names_the_nearest) {
            {"shapes[-1]", "expected an index such as [0] behind shapes"},
            {"shapes[]", "expected an index"},
            {"shapes[1", "expected an index"},
-           {"shapes[0]type.x", "unknown key"},
+           {"shapes[0]type", "expected a dot or an index behind shapes[0]"},
            {"camera.", "unknown key of camera"},
            {".camera", "unknown key of the scene"}}) {
     Json json = scene();

@@ -21,6 +21,14 @@ TEST(Settings, flags_win_over_environment_over_config_over_defaults) {
   EXPECT_TRUE(settle(none, none, none, true).json);
 }
 
+TEST(Settings, who_named_the_server_is_known) {
+  const GivenSettings none, token{std::nullopt, "t"}, given{"http://a:1", std::nullopt};
+  EXPECT_EQ(settle(token, none, none, false).named, NamedBy::nobody);
+  EXPECT_EQ(settle(given, given, given, false).named, NamedBy::flag);
+  EXPECT_EQ(settle(none, given, given, false).named, NamedBy::environment);
+  EXPECT_EQ(settle(none, none, given, false).named, NamedBy::config);
+}
+
 TEST(Settings, each_is_taken_from_the_first_that_has_it) {
   const Settings settings = settle({"http://f:1", std::nullopt}, {}, {"http://c:1", "tc"}, false);
   EXPECT_EQ(settings.server, "http://f:1");

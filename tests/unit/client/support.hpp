@@ -5,22 +5,9 @@
 #include <string_view>
 
 #include "common/base/error.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tessera::client {
-
-/// A folder that goes when the test ends.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path write(const std::string& name, std::string_view text) const;
-
- private:
-  std::filesystem::path path_;
-};
 
 /// The error that `action` throws; fails the test if there is none.
 Error error_of(const std::function<void()>& action);

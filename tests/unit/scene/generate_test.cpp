@@ -10,8 +10,6 @@
 namespace tessera::generate {
 namespace {
 
-using scene::TemporaryFolder;
-
 TEST(Asteroid, is_a_scene_of_at_least_the_triangles_asked_for_all_different) {
   const TemporaryFolder folder;
   write_asteroid(folder.path() / "new", 5000);

@@ -5,24 +5,9 @@
 
 #include "common/base/error.hpp"
 #include "common/scene/scene_file.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tessera::scene {
-
-/// A folder that goes when the test ends.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Writes a file, and the folders above it.
-  std::filesystem::path write(const std::string& name, std::string_view text) const;
-
- private:
-  std::filesystem::path path_;
-};
 
 /// The checkout's folder.
 std::filesystem::path source_folder();
