@@ -39,7 +39,8 @@ std::string unknown_word(const CLI::App& app, const std::vector<std::string>& wo
   std::vector<std::string> flags = flags_of(app);
   const auto chosen = app.get_subcommands();
   for (const CLI::App* command : chosen)
-    for (std::string& flag : flags_of(*command)) flags.push_back(std::move(flag));
+    for (std::string& flag : flags_of(*command))
+      if (flag != "--help") flags.push_back(std::move(flag));
   bool is_value = false;
   for (const std::string& word : words) {
     const bool of_flag = std::exchange(is_value, false);

@@ -39,6 +39,18 @@ int processes_with(const std::string& text) {
   return count;
 }
 
+/// A process whose command line has both texts; 0 if there is none.
+pid_t process_with(const std::string& one, const std::string& other) {
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const std::string line = read_text(entry.path() / "cmdline");
+    if (line.find(one) != std::string::npos && line.find(other) != std::string::npos)
+      return std::stoi(name);
+  }
+  return 0;
+}
+
 /// Asked again and again until it holds.
 bool becomes_true(const std::function<bool()>& holds, Seconds most) {
   const auto end = std::chrono::steady_clock::now() + most;
@@ -69,6 +81,71 @@ TEST(Client, render_interrupted_ends_soon_and_leaves_nothing) {
   EXPECT_TRUE(fs::is_empty(temporary.path()));
   EXPECT_FALSE(fs::exists(picture));
   EXPECT_NE(client.errors().find("interrupted"), std::string::npos);
+}
+
+TEST(Client, render_goes_on_when_a_worker_dies_and_gives_up_when_none_is_left) {
+  const TempFolder temporary, logs;
+  const std::string mark = (temporary.path() / "tessera-render-").string();
+  Process client(render_in(temporary, {"--samples", "1000000", "--threads", "1", "--workers", "1",
+                                       "-o", (logs / "picture.exr").string()}),
+                 logs / "render");
+  // The worker is killed whenever it is there; the client starts it again three times.
+  pid_t last = 0;
+  const bool ended = becomes_true(
+      [&] {
+        const pid_t worker = process_with("tessera-worker", mark);
+        if (worker != 0 && worker != last) {
+          kill(worker, SIGKILL);
+          last = worker;
+        }
+        return !client.running();
+      },
+      Seconds(60));
+  ASSERT_TRUE(ended) << client.errors();
+  EXPECT_EQ(client.wait(Seconds(1)), 1);
+  const std::string said = client.errors();
+  std::size_t restarts = 0;
+  for (std::size_t at = said.find("it is started again"); at != std::string::npos;
+       at = said.find("it is started again", at + 1))
+    ++restarts;
+  EXPECT_EQ(restarts, 3U) << said;
+  EXPECT_NE(said.find("no worker is left"), std::string::npos) << said;
+  EXPECT_TRUE(fs::is_empty(temporary.path()));
+}
+
+TEST(Client, render_with_a_worker_killed_once_still_makes_the_picture) {
+  const TempFolder temporary, logs;
+  const std::string mark = (temporary.path() / "tessera-render-").string();
+  const fs::path picture = logs / "picture.exr";
+  Process client(render_in(temporary, {"--size", "64x64", "--samples", "2000", "--threads", "1",
+                                       "--workers", "2", "-o", picture.string()}),
+                 logs / "render");
+  ASSERT_TRUE(becomes_true([&] { return client.errors().find("rendering") != std::string::npos; },
+                           Seconds(60)))
+      << client.errors();
+  const pid_t worker = process_with("tessera-worker", mark);
+  ASSERT_NE(worker, 0) << client.errors();
+  kill(worker, SIGKILL);
+  EXPECT_EQ(client.wait(Seconds(120)), 0) << client.errors();
+  EXPECT_NE(client.errors().find("was killed by signal 9"), std::string::npos) << client.errors();
+  EXPECT_TRUE(fs::exists(picture));
+}
+
+TEST(Client, what_a_killed_render_left_is_cleared_away_by_the_next) {
+  const TempFolder temporary, logs;
+  const std::string mark = (temporary.path() / "tessera-render-").string();
+  Process killed(render_in(temporary, {"--samples", "1000000", "--threads", "1", "-o",
+                                       (logs / "killed.exr").string()}),
+                 logs / "killed");
+  ASSERT_TRUE(becomes_true([&] { return processes_with(mark) == 2; }, Seconds(60)));
+  killed.kill();
+  ASSERT_TRUE(becomes_true([&] { return processes_with(mark) == 0; }, Seconds(20)))
+      << "the kernel ends what it started";
+  EXPECT_FALSE(fs::is_empty(temporary.path()));
+  const Outcome next = run(render_in(temporary, {"--size", "16x16", "--samples", "1", "--threads",
+                                                 "1", "-o", (logs / "next.exr").string()}));
+  EXPECT_EQ(next.code, 0) << next.errors;
+  EXPECT_TRUE(fs::is_empty(temporary.path()));
 }
 
 TEST(Client, render_answers_with_one_object_and_its_progress_is_plain_lines) {
