@@ -14,8 +14,8 @@ rm -rf "$out"
 mkdir -p "$out"
 began=$SECONDS
 say() { printf '\n== %s   (%d s)\n' "$*" $((SECONDS - began)); }
-# wedge NAME SCENE ARGUMENTS…: pictures in $out/NAME, the sheet beside it.
-wedge() { "$bin/tessera" wedge "$here/$2.json" -o "$out/$1.png" --exr-dir "$out/$1" "${@:3}" >"$out/$1.log" 2>&1 ||
+# wedge NAME SCENE ARGUMENTS…: pictures in $out/NAME, the sheet beside it; on a farm of its own, whichever server is set.
+wedge() { "$bin/tessera" wedge "$here/$2.json" -o "$out/$1.png" --exr-dir "$out/$1" --workers 1 "${@:3}" >"$out/$1.log" 2>&1 ||
   { cat "$out/$1.log" >&2; exit 1; }; }
 statistics() { "$bin/tessera-statistics" "$@"; }
 plot() { gnuplot -e "folder='$out'" "$here/plots/$1.gp"; }
@@ -32,12 +32,12 @@ say "1. The mean is the same in every cell, and the variance falls along both ax
 wedge truth report "${few[@]}" --integrator path --samples 512 --vary seed=101,102,103,104,105,106,107,108
 wedge cells report "${few[@]}" --integrator hemisphere_lights --sampler "$random" \
   --vary samples=1,4,16,64 --vary light_samples=1,4,16 --vary seed=1,2,3,4,5,6,7,8
-statistics means "$out"/cells/*.exr --reference "$out"/truth/*.exr >"$out/means.tsv" || means_differ=1
+statistics means "$out"/cells/*.exr --reference "$out"/truth/*.exr >"$out/means.tsv" || means_differ=$?
 statistics errors "$out"/cells/*.exr --reference "$out"/truth/*.exr >"$out/variance.tsv"
 show "$out/means.tsv"
 show "$out/variance.tsv"
 plot variance
-[ -z "${means_differ:-}" ] || { echo "reproduce.sh: a mean differs" >&2; exit 1; }
+[ -z "${means_differ:-}" ] || { echo "reproduce.sh: the comparison of means failed" >&2; exit "$means_differ"; }
 
 say "2. Under a constant sky the variance is ρ²/3 with uniform directions, 0 by the cosine; in a furnace it diverges from ρ = √3/2 on"
 : >"$out/sky.tsv"

@@ -2,7 +2,6 @@
 #include <sys/mman.h>
 
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
 #include <new>
 #include <span>
@@ -26,21 +25,19 @@ class LargePages {
   [[nodiscard]] T* allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
     if (bytes < page) return std::allocator<T>().allocate(count);
-    void* const memory =
-        std::aligned_alloc(page, (bytes + small_page - 1) / small_page * small_page);
-    if (memory == nullptr) throw std::bad_alloc();
+    void* const memory = ::operator new (bytes, std::align_val_t{page});
     // Only whole huge pages; the end stays on small ones. A system without them says no.
     (void)madvise(memory, bytes / page * page, MADV_HUGEPAGE);
     return static_cast<T*>(memory);
   }
   void deallocate(T* items, std::size_t count) {
     if (count * sizeof(T) < page) return std::allocator<T>().deallocate(items, count);
-    std::free(items);
+    ::operator delete (items, std::align_val_t{page});
   }
   bool operator==(const LargePages&) const = default;
 
  private:
-  static constexpr std::size_t page = std::size_t{1} << 21, small_page = 4096;
+  static constexpr std::size_t page = std::size_t{1} << 21;
 };
 
 /// An array like any other, on such pages.

@@ -34,8 +34,8 @@ void print_pictures(const std::vector<Picture>& pictures) {
     const Cell alone{{&picture}};
     double mean = 0;
     for (const Mean& color : means_of(alone)) mean += color.value / 3;
-    fmt::print("{}\t{:.6g}\t{:.7g}\t{:.6g}\t{}\n", settings_of(alone), picture.cpu_seconds, mean,
-               picture.variance, picture.name);
+    fmt::print("{}\t{:.6g}\t{:.7g}\t{}\t{}\n", settings_of(alone), picture.cpu_seconds, mean,
+               picture.variance ? fmt::format("{:.6g}", *picture.variance) : "-", picture.name);
   }
 }
 

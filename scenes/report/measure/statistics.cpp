@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include "common/base/error.hpp"
@@ -14,15 +16,33 @@
 namespace tessera::report {
 namespace {
 
+[[noreturn]] void fail(const std::string& message, const std::string& name) {
+  throw Error(ErrorKind::bad_input, message, {.file = name, .line = 0, .column = 0, .key = {}});
+}
+
 std::string setting(const image::ExrImage& exr, const std::string& attribute,
                     const std::string& name) {
   std::string text = exr.metadata.text(attribute);
   if (text.empty()) {
-    throw Error(ErrorKind::bad_input,
-                fmt::format("the header has no {}: is this a picture of Tessera's?", attribute),
-                {.file = name, .line = 0, .column = 0, .key = {}});
+    fail(fmt::format("the header has no {}: is this a picture of Tessera's?", attribute), name);
   }
   return text;
+}
+
+template <class Number>
+Number number(const image::ExrImage& exr, const std::string& attribute, const std::string& name) {
+  const std::string text = setting(exr, attribute, name);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    fail(fmt::format("{} is \"{}\", expected a number", attribute, text), name);
+  return value;
+}
+
+std::span<const float> plane(const image::ExrImage& exr, const std::string& channel,
+                             const std::string& name) {
+  if (!exr.has(channel)) fail(fmt::format("has no channel {}", channel), name);
+  return exr.plane(channel);
 }
 
 double mean(const std::vector<double>& values) {
@@ -41,10 +61,9 @@ double standard_error(const std::vector<double>& values) {
 
 void check_same_size(const Picture& picture, const Picture& other) {
   if (picture.width == other.width && picture.height == other.height) return;
-  throw Error(ErrorKind::bad_input,
-              fmt::format("has {}×{} pixels, but {} has {}×{}", picture.width, picture.height,
-                          other.name, other.width, other.height),
-              {.file = picture.name, .line = 0, .column = 0, .key = {}});
+  fail(fmt::format("has {}×{} pixels, but {} has {}×{}", picture.width, picture.height, other.name,
+                   other.width, other.height),
+       picture.name);
 }
 
 struct PictureErrors {
@@ -81,36 +100,46 @@ Picture picture_from(const image::ExrImage& exr, const std::string& name) {
   picture.name = name;
   picture.integrator = setting(exr, "tessera.integrator", name);
   picture.sampler = setting(exr, "tessera.sampler", name);
-  picture.samples = std::stoll(setting(exr, "tessera.samples", name));
-  picture.light_samples = std::stoll(setting(exr, "tessera.light_samples", name));
-  picture.bounces = std::stoll(setting(exr, "tessera.bounces", name));
-  const std::string seconds = exr.metadata.text("tessera.cpu_seconds");
-  if (!seconds.empty()) picture.cpu_seconds = std::stod(seconds);
+  picture.scene = setting(exr, "tessera.scene", name);
+  picture.camera = exr.metadata.text("tessera.camera");
+  picture.filter = setting(exr, "tessera.filter", name);
+  picture.filter_width = number<double>(exr, "tessera.filter_width", name);
+  picture.samples = number<std::int64_t>(exr, "tessera.samples", name);
+  picture.light_samples = number<std::int64_t>(exr, "tessera.light_samples", name);
+  picture.bounces = number<std::int64_t>(exr, "tessera.bounces", name);
+  if (exr.metadata.find("tessera.cpu_seconds") != nullptr)
+    picture.cpu_seconds = number<double>(exr, "tessera.cpu_seconds", name);
   picture.width = exr.width;
   picture.height = exr.height;
-  constexpr std::array<const char*, 3> channels{"R", "G", "B"};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto plane = exr.plane(channels[c]);
-    picture.rgb[c].assign(plane.begin(), plane.end());
-    const auto of_mean = exr.plane(std::string("variance.") + channels[c]);
-    picture.variance += std::accumulate(of_mean.begin(), of_mean.end(), 0.0) /
-                        static_cast<double>(3 * of_mean.size()) *
-                        static_cast<double>(picture.samples);
+  for (const float count : plane(exr, "samples", name)) {
+    if (count != static_cast<float>(picture.samples))
+      fail(fmt::format("a pixel has {} of {} samples: the job had not ended", count,
+                       picture.samples),
+           name);
   }
+  constexpr std::array<const char*, 3> channels{"R", "G", "B"};
+  double of_mean = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto color = plane(exr, channels[c], name);
+    picture.rgb[c].assign(color.begin(), color.end());
+    const auto variance = plane(exr, std::string("variance.") + channels[c], name);
+    of_mean += std::accumulate(variance.begin(), variance.end(), 0.0) /
+               static_cast<double>(3 * variance.size());
+  }
+  if (picture.samples > 1) picture.variance = of_mean * static_cast<double>(picture.samples);
   return picture;
 }
 
 std::vector<Cell> cells_of(const std::vector<Picture>& pictures) {
-  std::map<std::tuple<std::string, std::string, std::int64_t, std::int64_t, std::int64_t>, Cell>
-      sorted;
-  for (const Picture& picture : pictures) {
-    sorted[{picture.integrator, picture.sampler, picture.light_samples, picture.bounces,
-            picture.samples}]
-        .pictures.push_back(&picture);
-  }
+  const auto key = [](const Picture& p) {
+    return std::tie(p.integrator, p.sampler, p.light_samples, p.bounces, p.samples, p.filter,
+                    p.filter_width, p.camera, p.scene, p.width, p.height);
+  };
+  std::map<decltype(key(pictures.front())), Cell> sorted;
+  for (const Picture& picture : pictures) sorted[key(picture)].pictures.push_back(&picture);
   std::vector<Cell> cells;
   cells.reserve(sorted.size());
-  for (auto& [key, cell] : sorted) cells.push_back(std::move(cell));
+  for (auto& [settings, cell] : sorted) cells.push_back(std::move(cell));
   return cells;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,24 +14,30 @@ namespace tessera::report {
 struct Picture {
   std::string name;  ///< for errors
   std::string integrator, sampler;
+  std::string scene, camera, filter;  ///< scene: its bundle's digest
+  double filter_width = 0;
   std::int64_t samples = 0;
   std::int64_t light_samples = 0;
   std::int64_t bounces = 0;
   double cpu_seconds = 0;  ///< of rendering, all workers'; 0 if the header does not say
-  double variance = 0;  ///< of one sample, by the picture's own word; mean over pixels and colours
+  /// Of one sample, by the picture's own word; mean over pixels and colours. Nothing for a picture
+  /// of one sample, which cannot know.
+  std::optional<double> variance;
   int width = 0, height = 0;
   std::array<std::vector<float>, 3> rgb;  ///< row by row from the upper left
 };
 
-/// Throws Error{bad_input} if the picture lacks a channel or a setting, naming both.
+/// Throws Error{bad_input}, with `name` as its place, if the picture lacks a channel or a setting,
+/// or a pixel has not all of the job's samples.
 Picture picture_from(const image::ExrImage& exr, const std::string& name);
 
-/// Pictures that differ in their seed alone.
+/// Pictures that differ, as far as Picture holds, in their seed alone.
 struct Cell {
   std::vector<const Picture*> pictures;
   [[nodiscard]] const Picture& settings() const { return *pictures.front(); }
 };
-/// By integrator, sampler, light samples, bounces, samples, in this order.
+/// By integrator, sampler, light samples, bounces, samples, in this order; what else they differ in
+/// parts them too.
 std::vector<Cell> cells_of(const std::vector<Picture>& pictures);
 
 /// The mean over a cell's pictures of each picture's own mean, and what is known of its error.

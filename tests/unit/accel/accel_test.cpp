@@ -194,6 +194,16 @@ TEST(Accel, MemoryIsCounted) {
   EXPECT_GE(small.device.memory_peak(), small.device.memory());
 }
 
+TEST(LargeVector, HoldsWhatIsPutInOnEitherSideOfAHugePage) {
+  for (const std::size_t count : {1000U, (1U << 19) - 1, (1U << 19) + 1, 1'000'003U}) {
+    LargeVector<std::uint32_t> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<std::uint32_t>(i * 3);
+    const LargeVector<std::uint32_t> copy = values;
+    EXPECT_EQ(copy, values);
+    EXPECT_EQ(copy.back(), 3 * (count - 1));
+  }
+}
+
 TEST(Accel, ABuildCanBeGivenUp) {
   const Device device;
   constexpr std::size_t count = 200000;

@@ -25,6 +25,15 @@ Picture flat(float value, std::int64_t samples = 16, int width = 40, int height 
   return picture;
 }
 
+std::string refusal(const image::FrameImage& frame, const image::Metadata& metadata) {
+  try {
+    picture_from(image::read_exr(image::encode_exr(frame, metadata)), "p.exr");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(Picture, takes_its_settings_from_the_header_and_the_variance_of_one_sample_from_the_channels) {
   image::FrameImage frame;
   frame.width = 2;
@@ -35,6 +44,9 @@ TEST(Picture, takes_its_settings_from_the_header_and_the_variance_of_one_sample_
   frame.plane(image::M2_G)[1] = 12;  // (n − 1) times the variance of a sample
   image::Metadata metadata;
   metadata.set("tessera.integrator", "cosine");
+  metadata.set("tessera.scene", "5ce");
+  metadata.set("tessera.filter", "box");
+  metadata.set("tessera.filter_width", 1.0);
   metadata.set("tessera.sampler", "pcg");
   metadata.set("tessera.samples", 5);
   metadata.set("tessera.light_samples", 2);
@@ -49,7 +61,12 @@ TEST(Picture, takes_its_settings_from_the_header_and_the_variance_of_one_sample_
   EXPECT_EQ(picture.bounces, 3);
   EXPECT_EQ(picture.cpu_seconds, 1.5);
   EXPECT_EQ(picture.rgb[1][1], 0.5F);
-  EXPECT_NEAR(picture.variance, 12.0 / 4 / 6, 1e-6);  // one of six values
+  ASSERT_TRUE(picture.variance.has_value());
+  EXPECT_NEAR(*picture.variance, 12.0 / 4 / 6, 1e-6);  // one of six values
+  metadata.set("tessera.samples", 6);
+  EXPECT_EQ(refusal(frame, metadata), "p.exr: a pixel has 5 of 6 samples: the job had not ended");
+  metadata.set("tessera.bounces", "few");
+  EXPECT_EQ(refusal(frame, metadata), "p.exr: tessera.bounces is \"few\", expected a number");
 }
 
 TEST(Picture, that_is_none_of_ours_is_refused_by_name) {
@@ -79,6 +96,16 @@ TEST(Cells, hold_the_pictures_that_differ_in_nothing_that_the_header_names) {
   EXPECT_EQ(cells[1].pictures.size(), 2U);
   EXPECT_EQ(cells[2].settings().light_samples, 2);
   EXPECT_EQ(cells[2].pictures.size(), 1U);
+}
+
+TEST(Cells, are_parted_by_scene_camera_filter_and_size) {
+  std::vector<Picture> pictures(6, flat(1));
+  pictures[1].scene = "another";
+  pictures[2].camera = "another";
+  pictures[3].filter = "tent";
+  pictures[4].filter_width = 2;
+  pictures[5] = flat(1, 16, 20, 50);
+  EXPECT_EQ(cells_of(pictures).size(), 6U);
 }
 
 TEST(Means, have_the_standard_error_of_the_spread_between_pictures) {

@@ -29,9 +29,8 @@ struct SphereLight {
 };
 /// Constant, from every direction, infinitely far.
 struct EnvironmentLight {
-  Vec3 center;  ///< of the scene, and the radius of a sphere around it: they give it a power to be
-                ///< chosen by
-  float radius = 1;
+  Vec3 center;       ///< of the scene
+  float radius = 1;  ///< of a sphere around the scene: what it sends through that is its power
 };
 
 constexpr std::uint32_t no_id = 0xffffffffU;
