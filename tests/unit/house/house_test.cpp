@@ -67,6 +67,7 @@ const std::vector<std::pair<std::regex, std::string>>& rooms() {
       {std::regex("^embree[34]/"), "worker/accel"},
       {std::regex("^(sqlite3\\.h|SQLiteCpp/)"), "server/store"},
       {std::regex("^spdlog/"), "common/base"},
+      {std::regex("^stb/"), "client"},
   };
   return table;
 }
