@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include <string>
+#include <thread>
 
 #include "common/image/tile.hpp"
 #include "tests/unit/agent/fakes.hpp"
