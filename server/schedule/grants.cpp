@@ -26,7 +26,7 @@ bool Scheduler::State::eligible(const JobEntry& job, const WorkerEntry& worker) 
   // No scene twice for a worker that it crashed, while there is another.
   return std::none_of(workers.begin(), workers.end(), [&](const auto& entry) {
     const WorkerEntry& other = entry.second;
-    return !other.draining && !other.barred && able(job, other) &&
+    return !other.draining && !other.barred && !other.stalled() && able(job, other) &&
            !crashed.contains({scene, other.info.name});
   });
 }
@@ -35,18 +35,23 @@ bool Scheduler::State::anyone_else(const JobEntry& job, const std::set<std::stri
                                    const std::set<std::string>& names) const {
   return std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
     const WorkerEntry& worker = entry.second;
-    return !worker.draining && !worker.barred && eligible(job, worker) &&
+    return !worker.draining && !worker.barred && !worker.stalled() && eligible(job, worker) &&
            !but.contains(worker.info.identity) && !names.contains(worker.info.name);
   });
+}
+
+bool Scheduler::State::for_another(const JobEntry& job, const TaskId& task,
+                                   const WorkerEntry& worker) const {
+  const Charges* charges = job.blame.find(task);
+  const bool tried = charges != nullptr && (charges->erred.contains(worker.info.identity) ||
+                                            charges->lost_names.contains(worker.info.name));
+  return tried && anyone_else(job, charges->erred, charges->lost_names);
 }
 
 const TaskId* Scheduler::State::suspect_for(const JobEntry& job, const WorkerEntry& worker) const {
   for (const TaskId& task : job.blame.waiting()) {
     if (!job.tasks.within(task)) continue;  // came early, from before a start
-    const Charges* charges = job.blame.find(task);
-    const bool tried = charges != nullptr && (charges->erred.contains(worker.info.identity) ||
-                                              charges->lost_names.contains(worker.info.name));
-    if (!tried || !anyone_else(job, charges->erred, charges->lost_names)) return &task;
+    if (!for_another(job, task, worker)) return &task;
   }
   return nullptr;
 }
@@ -92,10 +97,16 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
     job.out.expect(task, now + std::chrono::duration_cast<Duration>(
                                    std::chrono::duration<double>(std::min(held, 1e9))));
   }
+  if (!copy) {  // no other job had work for who would have idled
+    if (job.at.empty()) {
+      // While it could not be worked at it saved up no more than a worker's loyalty.
+      const double loyalty = loyalty_seconds * std::max(1, worker.info.threads) / job.weight();
+      job.served = std::max(job.served, virtual_time - loyalty);
+    }
+    virtual_time = std::max(virtual_time, job.served);
+    job.served += job.cost(samples) / job.weight();
+  }
   ++job.at[worker.id];
-  if (!copy)
-    job.served +=
-        job.cost(samples) / job.weight();  // no other job had work for who would have idled
   idlers.erase(worker.id);
   if (!job.build) job.build = worker.info.build_id;
   if (!job.granted) job.progress_mark = now;
@@ -114,6 +125,7 @@ bool Scheduler::State::take_over(WorkerEntry& idle, Instant now, Actions& action
       continue;
     const Charges* charges = job->blame.find(task);
     if (charges != nullptr && charges->erred.contains(idle.info.identity)) continue;
+    if (for_another(*job, task, idle)) continue;
     clear_reservation(busy);
     touched.insert(id);
     grant(idle, *job, task, true, now, actions);
@@ -128,7 +140,8 @@ bool Scheduler::State::grant_one(WorkerEntry& worker, Instant now, Actions& acti
     clear_reservation(worker);
     JobEntry* job = live_job(id);
     if (job != nullptr && is_aside(*job, task)) {
-      if (job->state == JobEntry::State::open) {
+      // Others may have come to the job since.
+      if (job->has_place_for(worker.id) && eligible(*job, worker)) {
         grant(worker, *job, task, true, now, actions);
         return true;
       }
@@ -226,7 +239,8 @@ void Scheduler::State::settle(Instant now, Actions& actions) {
       if (entry == nullptr) continue;
       if (entry->offended) {
         drop(*entry, false,
-             "it sent results that it was not asked for, or that were not what was asked", actions);
+             "it sent results that it was not asked for, or that were not what was asked", now,
+             actions);
       } else {
         fill(*entry, now, actions);
       }

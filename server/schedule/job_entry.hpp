@@ -44,6 +44,7 @@ struct JobEntry {
   std::string unable_reason;  // the last
 
   std::set<std::string> lost_preparing;  // identities, since a worker was ready
+  Instant last_lost_preparing = Instant::min();
 
   /// Thread-seconds granted, by estimate, over the job's weight: what fairness keeps equal.
   double served = 0;

@@ -1,6 +1,5 @@
 // Jobs: how they come, change and end.
 #include <algorithm>
-#include <limits>
 #include <tuple>
 
 #include "server/schedule/state.hpp"
@@ -23,20 +22,18 @@ void Scheduler::State::sort_order() {
   });
 }
 
-void Scheduler::State::level(JobEntry& job) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const JobEntry* other : order) {
-    if (other != &job && other->state == JobEntry::State::open)
-      least = std::min(least, other->served);
-  }
-  if (least < std::numeric_limits<double>::infinity()) job.served = least;
-}
+void Scheduler::State::level(JobEntry& job) { job.served = std::max(job.served, virtual_time); }
 
 void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::string& reason,
                                Actions& actions) {
   job.state = state;
   job.error = state == JobEntry::State::failed ? reason : "";
   std::erase(order, &job);
+  const Digest& scene = job.plan().spec.bundle;
+  const bool used = std::any_of(order.begin(), order.end(), [&](const JobEntry* other) {
+    return other->plan().spec.bundle == scene;
+  });
+  if (!used) std::erase_if(crashed, [&](const auto& entry) { return entry.first.first == scene; });
   for (auto& [id, worker] : workers) {
     RevokeLeases revoke{id, {}, reason};
     for (const auto& [number, held] : worker.leases) {

@@ -73,11 +73,20 @@ void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task, con
        actions);
 }
 
-void Scheduler::State::lost_while_preparing(JobEntry& job, const WorkerInfo& lost,
+void Scheduler::State::lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now,
                                             Actions& actions) {
-  crashed[{job.plan().spec.bundle, lost.name}].insert(lost.identity);
-  job.lost_preparing.insert(lost.identity);
-  if (job.lost_preparing.size() < static_cast<std::size_t>(settings.deaths_alone)) return;
+  crashed[{job.plan().spec.bundle, lost.info.name}].insert(lost.info.identity);
+  // Workers that are lost at once may have been lost with a switch or a rack.
+  const auto part = lost.parts.find(job.id);
+  if (part == lost.parts.end() || part->second.begun < job.last_lost_preparing) return;
+  job.last_lost_preparing = now;
+  job.lost_preparing.insert(lost.info.identity);
+  const bool prepared = std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
+    const auto its = entry.second.parts.find(job.id);
+    return its != entry.second.parts.end() && its->second.ready;
+  });
+  if (prepared || job.lost_preparing.size() < static_cast<std::size_t>(settings.deaths_alone))
+    return;
   fail(job, fmt::format("preparing its scene ended {} workers in a row", job.lost_preparing.size()),
        actions);
 }
@@ -128,11 +137,16 @@ void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions
   worker.expired.insert(revoke.leases.begin(), revoke.leases.end());
   fault_of(worker, worker.leases.begin()->second.job, "no progress for too long");
   actions.emplace_back(revoke);
-  if (all) return give_back_all(worker, true, actions);
+  worker.measured(now);
+  worker.advanced = now;  // what was queued behind begins now
+  if (all) {
+    give_back_all(worker, true, actions);
+    return count_without();
+  }
   for (const LeaseId& lease : revoke.leases) {
     if (worker.leases.contains(lease.number)) give_back(worker, lease.number, true, actions);
   }
-  worker.busy_since = now;
+  count_without();
 }
 
 void Scheduler::State::error_said(JobEntry& job, const TaskId& task, const std::string& identity,

@@ -1,4 +1,5 @@
 #pragma once
+#include <cassert>
 
 namespace tessera::server {
 
@@ -7,6 +8,7 @@ class Meter {
  public:
   /// `amount` took `seconds` ≥ 0.
   void add(double amount, double seconds) {
+    assert(seconds >= 0);
     const double keep = memory / (memory + seconds);
     amount_ = amount_ * keep + amount;
     seconds_ = seconds_ * keep + seconds;

@@ -26,7 +26,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     part.ready = true;
     part.speed.add(static_cast<double>(ended.samples), took);
     owner->pace.add(static_cast<double>(ended.samples), took * std::max(1, entry->info.threads));
-    entry->busy_since = now;
+    entry->measured(now);
   }
   entry->advanced = now;
   entry->expired.clear();
@@ -64,7 +64,7 @@ void Scheduler::State::stop_others(JobEntry& job, const TaskId& task, Instant no
       const double whole = static_cast<double>(running.samples);
       const double done = running.fraction > 0 ? running.fraction * whole : whole;
       if (done < speed_of(loser, job) * took) loser.parts[job.id].speed.add(done, took);
-      loser.busy_since = now;
+      loser.measured(now);
     }
     end_lease(loser, holder.lease.number);
   }

@@ -18,7 +18,7 @@ Actions Scheduler::tick(Instant now) {
     if (worker == nullptr || worker->timer != entry->first) continue;
     worker->timer.reset();
     if (worker->heard + state.settings.silence <= now) {
-      state.drop(*worker, true, "nothing was heard of it for too long", actions);
+      state.drop(*worker, true, "nothing was heard of it for too long", now, actions);
       continue;
     }
     if (worker->rests && *worker->rests <= now) {

@@ -40,9 +40,12 @@ struct Scheduler::State {
   std::unordered_map<WorkerId, std::string>
       dropped;  // connections that were told to end and have not yet
   /// Scenes whose preparation a worker did not survive, as far as is known: (bundle, name) to the
-  /// identities that have not come back. A worker that is started again has a new identity.
+  /// identities that have not come back. A worker that is started again has a new identity. Of
+  /// scenes that a job uses.
   std::map<std::pair<Digest, std::string>, std::set<std::string>> crashed;
   WorkerId last_worker = 0;
+  /// The most `served` that a job had as it was granted a task: never less than before.
+  double virtual_time = 0;
 
   Timers timers;
   std::set<WorkerId> touched;    // whose window may have room
@@ -64,10 +67,13 @@ struct Scheduler::State {
   /// It can prepare the job, as far as is known.
   [[nodiscard]] bool able(const JobEntry& job, const WorkerEntry& worker) const;
   [[nodiscard]] bool eligible(const JobEntry& job, const WorkerEntry& worker) const;
-  /// True if a connected worker that is not among `but`, by identity, may take the job; nor among
-  /// `names`.
+  /// True if a connected worker that does not stand still and is not among `but`, by identity, may
+  /// take the job; nor among `names`.
   [[nodiscard]] bool anyone_else(const JobEntry& job, const std::set<std::string>& but,
                                  const std::set<std::string>& names = {}) const;
+  /// It was lost with the task, or failed on it, and another is there to ask.
+  [[nodiscard]] bool for_another(const JobEntry& job, const TaskId& task,
+                                 const WorkerEntry& worker) const;
   [[nodiscard]] const TaskId* suspect_for(const JobEntry& job, const WorkerEntry& worker) const;
   JobEntry* pick(const WorkerEntry& worker);
   void grant(WorkerEntry& worker, JobEntry& job, const TaskId& task, bool alone, Instant now,
@@ -116,7 +122,7 @@ struct Scheduler::State {
   void lost_while_running(JobEntry& job, const TaskId& task, const WorkerInfo& lost, bool alone,
                           Actions& actions);
   /// The worker was lost while it built this job's scene.
-  void lost_while_preparing(JobEntry& job, const WorkerInfo& lost, Actions& actions);
+  void lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now, Actions& actions);
   void give_back_all(WorkerEntry& worker, bool blame, Actions& actions);
   /// A lease that ends without a result; `ran`: its worker is charged with it.
   void give_back(WorkerEntry& worker, std::uint64_t number, bool ran, Actions& actions);
@@ -141,14 +147,17 @@ struct Scheduler::State {
 
   // ---- jobs.cpp ----
   void sort_order();
-  /// A job that comes, comes back or changes its weight is owed nothing, and owes nothing.
+  /// A job that comes, comes back or changes its weight is owed nothing.
   void level(JobEntry& job);
   void end_job(JobEntry& job, JobEntry::State state, const std::string& reason, Actions& actions);
   void fail(JobEntry& job, const std::string& reason, Actions& actions);
 
   // ---- workers.cpp ----
-  void disconnect(WorkerId id, bool blame, Actions& actions);
-  void drop(WorkerEntry& worker, bool blame, const std::string& reason, Actions& actions);
+  /// A worker has gone or stands still: what waited for it alone is for the others.
+  void count_without();
+  void disconnect(WorkerId id, bool blame, Instant now, Actions& actions);
+  void drop(WorkerEntry& worker, bool blame, const std::string& reason, Instant now,
+            Actions& actions);
 };
 
 }  // namespace tessera::server

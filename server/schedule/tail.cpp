@@ -31,12 +31,14 @@ double Scheduler::State::speed_of(const WorkerEntry& worker, const JobEntry& job
   const double by_others = job.pace.rate() * std::max(1, worker.info.threads);
   if (part == worker.parts.end()) return by_others;
   Meter speed = part->second.speed;
-  double done = 0;  // of what runs
+  double done = 0;  // of what runs, since it was measured
   for (const auto& [number, held] : worker.leases) {
     if (held.fraction == 0) break;  // they are begun in this order
-    if (held.job == job.id) done += held.fraction * static_cast<double>(held.samples);
+    if (held.job == job.id)
+      done += (held.fraction - held.counted) * static_cast<double>(held.samples);
   }
-  if (done > 0) speed.add(done, seconds(worker.reported - worker.busy_since));
+  if (done > 0 && worker.reported > worker.busy_since)
+    speed.add(done, seconds(worker.reported - worker.busy_since));
   return speed.known() ? speed.rate() : by_others;
 }
 

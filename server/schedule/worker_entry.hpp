@@ -19,6 +19,7 @@ struct HeldLease {
   std::int64_t samples = 0;
   bool runs = false;    // it has said so
   double fraction = 0;  // as last reported
+  double counted = 0;   // … when its worker was last measured
   Instant advanced{};   // last time that this got on, from when it ran
   Duration stall{};     // it may stand still for so long
 };
@@ -58,6 +59,14 @@ struct WorkerEntry {
   std::optional<Instant> rests;  // after errors: granted nothing until then
   std::optional<Instant> timer;  // when it is to be looked at
 
+  /// Its speed has been measured up to now.
+  void measured(Instant now) {
+    busy_since = now;
+    for (auto& [number, held] : leases) {
+      if (held.fraction == 0) break;  // they are begun in this order
+      held.counted = held.fraction;
+    }
+  }
   /// Granted nothing until it shows life.
   [[nodiscard]] bool stalled() const { return !expired.empty(); }
   /// It may be granted one more.

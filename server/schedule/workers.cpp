@@ -25,7 +25,16 @@ std::set<JobId> in_preparation(const WorkerEntry& worker) {
 
 }  // namespace
 
-void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
+void Scheduler::State::count_without() {
+  // The last that a scene did not crash, or that a suspect was not lost with, may have gone.
+  work_appeared = true;
+  for (JobEntry* entry : order) {
+    // Those who could are gone: the others may try again.
+    if (!entry->unable.empty() && !anyone_else(*entry, entry->unable)) entry->unable.clear();
+  }
+}
+
+void Scheduler::State::disconnect(WorkerId id, bool blame, Instant now, Actions& actions) {
   // Taken out first: what follows speaks to the workers that are there.
   auto node = workers.extract(id);
   WorkerEntry& gone = node.mapped();
@@ -38,30 +47,25 @@ void Scheduler::State::disconnect(WorkerId id, bool blame, Actions& actions) {
   const std::set<JobId> unprepared = blame ? in_preparation(gone) : std::set<JobId>{};
   give_back_all(gone, blame, actions);
   for (const JobId job : unprepared) {
-    if (JobEntry* entry = live_job(job)) lost_while_preparing(*entry, gone.info, actions);
+    if (JobEntry* entry = live_job(job)) lost_while_preparing(*entry, gone, now, actions);
   }
   touched.erase(id);
-  if (!crashed.empty()) work_appeared = true;  // the last that a scene did not crash may have gone
-  for (JobEntry* entry : order) {
-    if (entry->unable.empty() || anyone_else(*entry, entry->unable)) continue;
-    entry->unable.clear();  // those who could are gone: the others may try again
-    work_appeared = true;
-  }
+  count_without();
 }
 
-void Scheduler::State::drop(WorkerEntry& worker, bool blame, const std::string& reason,
+void Scheduler::State::drop(WorkerEntry& worker, bool blame, const std::string& reason, Instant now,
                             Actions& actions) {
   const WorkerId id = worker.id;
   dropped.emplace(id, worker.info.identity);
   actions.emplace_back(DropWorker{id, reason});
-  disconnect(id, blame, actions);
+  disconnect(id, blame, now, actions);
 }
 
 Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) {
   Actions actions;
   State::Identity& identity = state_->identities[info.identity];
   if (WorkerEntry* earlier = state_->worker(identity.worker)) {
-    state_->drop(*earlier, false, "its worker came again on another connection", actions);
+    state_->drop(*earlier, false, "its worker came again on another connection", now, actions);
   }
   if (identity.worker == 0 || identity.connected) identity.worker = ++state_->last_worker;
   identity.connected = true;
@@ -88,7 +92,7 @@ Actions Scheduler::worker_left(WorkerId worker, bool clean, Instant now) {
     state_->dropped.erase(told);
   } else if (const WorkerEntry* entry = state_->worker(worker)) {
     state_->identities[entry->info.identity].connected = false;
-    state_->disconnect(worker, !clean && !entry->draining, actions);
+    state_->disconnect(worker, !clean && !entry->draining, now, actions);
   }
   state_->settle(now, actions);
   return actions;
@@ -122,7 +126,7 @@ Actions Scheduler::worker_ready(WorkerId worker, JobId job, Instant now) {
         std::any_of(entry->leases.begin(), entry->leases.end(), [&](const auto& lease) {
           return lease.second.job != job && entry->parts[lease.second.job].ready;
         });
-    if (!others_run) entry->busy_since = now;
+    if (!others_run) entry->measured(now);
   }
   state_->settle(now, actions);
   return actions;

@@ -70,7 +70,8 @@ void AgentState::tick(Instant now) {
   next_beat_ = now + std::chrono::milliseconds(welcome_.heartbeat_ms) * 2 / 3;
   wire::Progress progress;
   for (const auto& [lease, held] : running_)
-    if (held.of_this_connection && !held.revoked)
+    // Revoked or not: its thread is not free before it ends.
+    if (held.of_this_connection)
       progress.running.push_back({.lease = lease, .fraction = held.fraction});
   say(std::move(progress));
   for (const auto& [key, job] : jobs_)

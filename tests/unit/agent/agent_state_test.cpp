@@ -214,6 +214,28 @@ TEST_F(AgentStateTest, revoked_leases_are_not_begun_and_those_that_render_are_st
   EXPECT_EQ(state.running(), 0U);
 }
 
+TEST_F(AgentStateTest, a_revoked_lease_is_said_to_run_until_its_thread_has_stopped) {
+  connect();
+  const LeaseId a = assign(0);
+  build();
+  EXPECT_EQ(begin(), a);
+  state.said(wire::Revoke{.leases = {a}, .reason = "no progress for too long"}, now);
+  const auto running = [&] {
+    state.take_outgoing();
+    now += std::chrono::seconds(1);
+    state.tick(now);
+    std::vector<LeaseId> leases;
+    for (const Outgoing& out : state.take_outgoing()) {
+      if (const auto* progress = std::get_if<wire::Progress>(&out.message))
+        for (const auto& one : progress->running) leases.push_back(one.lease);
+    }
+    return leases;
+  };
+  EXPECT_EQ(running(), std::vector<LeaseId>{a});
+  state.task_stopped(a);
+  EXPECT_TRUE(running().empty());
+}
+
 TEST_F(AgentStateTest, a_scene_that_nobody_wants_any_more_is_not_built_on) {
   connect();
   const LeaseId lease = assign(0);

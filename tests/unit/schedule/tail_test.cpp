@@ -115,6 +115,25 @@ TEST_F(TailTest, ProgressThatIsSlowMakesATaskLate) {
   EXPECT_EQ(held_[fast_].at(0).task, running.task);
 }
 
+TEST_F(TailTest, ProgressFromBeforeTheLastResultSaysNothingOfTheSpeedSince) {
+  add(1, spec(6, 1));
+  slow_ = join("slow", "build", 2);
+  ready(slow_);
+  ASSERT_EQ(held_[slow_].size(), 2U);
+  wait(4);
+  take(scheduler_.worker_progress(
+      slow_, {{held_[slow_][0].lease, 0.5}, {held_[slow_][1].lease, 0.5}}, now_));
+  wait(8);
+  finish_one(slow_);
+  fast_ = join("fast");
+  ready(fast_);
+  for (int i = 0; i < 40 && finished_.empty(); ++i) {
+    wait(0.5);
+    if (!held_[fast_].empty()) finish_one(fast_);
+  }
+  EXPECT_EQ(finished_, std::vector<JobId>{1});
+}
+
 TEST_F(TailTest, ATaskIsOutThreeTimesAtMostAndOncePerWorker) {
   reach_the_tail();
   std::vector<WorkerId> others;
