@@ -99,6 +99,13 @@ std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposur
                            exposure_stops);
 }
 
+void require_kept(const fs::path& file) {
+  std::error_code unreadable;
+  if (!fs::exists(file, unreadable))
+    throw Error(ErrorKind::failed, "the finished picture was written and is no longer there",
+                {.file = file.string()});
+}
+
 std::vector<std::byte> png_of_file(const fs::path& file, double exposure_stops) {
   const image::ExrImage exr = image::read_exr_file(file);
   std::vector<float> rgb;

@@ -26,6 +26,10 @@ using WriteContent = std::function<void(image::ByteSink&)>;
 /// stands then still.
 void write_whole(const std::filesystem::path& file, bool durable, const WriteContent& write);
 
+/// Throws Error (failed, with the place) if a file that was written is there no more: whoever asks
+/// for its picture did not name something that never was.
+void require_kept(const std::filesystem::path& file);
+
 /// The film's final picture.
 void write_frame_exr(const std::filesystem::path& file, bool durable, const FilmSnapshot& film,
                      const image::Metadata& metadata);

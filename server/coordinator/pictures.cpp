@@ -84,6 +84,7 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
     const std::filesystem::path file = frame_path(settings_.data, key.job, key.frame);
     picture.version = final_version(*plan);
     encode = [key, file, plan, version = picture.version] {
+      require_kept(file);
       if (key.form == PictureKey::Form::exr)
         return read_file(file, std::numeric_limits<std::size_t>::max());
       if (key.form == PictureKey::Form::png) return png_of_file(file, key.exposure);
