@@ -17,7 +17,7 @@ constexpr std::int64_t together = 1'000'000'000;  // ns
 std::atomic<std::int64_t> first{0};
 std::atomic<bool> noted{false};
 std::atomic<int> noting{0};  // NotedInterrupts alive
-std::atomic<int> ending{0};  // EndingInOrder alive
+std::atomic<int> whole{0};   // Uninterrupted alive
 static_assert(std::atomic<std::int64_t>::is_always_lock_free &&
               std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
@@ -50,12 +50,12 @@ void catch_interrupts() {
 NotedInterrupts::NotedInterrupts() { ++noting; }
 NotedInterrupts::~NotedInterrupts() { --noting; }
 
-EndingInOrder::EndingInOrder() { ++ending; }
-EndingInOrder::~EndingInOrder() { --ending; }
+Uninterrupted::Uninterrupted() { ++whole; }
+Uninterrupted::~Uninterrupted() { --whole; }
 
 bool interrupt_noted() { return noted; }
 
-bool interrupted() { return noted && ending == 0; }
+bool interrupted() { return noted && whole == 0; }
 
 void throw_if_interrupted() {
   if (interrupted()) throw Interrupted{};

@@ -20,20 +20,20 @@ class NotedInterrupts {
   NotedInterrupts& operator=(const NotedInterrupts&) = delete;
 };
 
-/// Whether a signal was noted, and nobody is ending things in order because of it.
+/// Whether a signal was noted, and no Uninterrupted lives.
 [[nodiscard]] bool interrupted();
 void throw_if_interrupted();
 /// Whether a signal was noted at all.
 [[nodiscard]] bool interrupt_noted();
 
-/// While one lives, a signal that was noted is being acted upon: what is done for that is not
-/// interrupted by it.
-class EndingInOrder {
+/// While one lives, a signal that was noted breaks nothing off: what is under way is done because
+/// of it, or would leave something behind if it were half done.
+class Uninterrupted {
  public:
-  EndingInOrder();
-  ~EndingInOrder();
-  EndingInOrder(const EndingInOrder&) = delete;
-  EndingInOrder& operator=(const EndingInOrder&) = delete;
+  Uninterrupted();
+  ~Uninterrupted();
+  Uninterrupted(const Uninterrupted&) = delete;
+  Uninterrupted& operator=(const Uninterrupted&) = delete;
 };
 
 }  // namespace tessera::client

@@ -8,6 +8,7 @@
 #include "client/farm.hpp"
 #include "client/follow.hpp"
 #include "client/output.hpp"
+#include "client/post.hpp"
 #include "client/prepare.hpp"
 #include "client/print.hpp"
 #include "client/upload.hpp"

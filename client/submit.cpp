@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/commands.hpp"
+#include "client/interrupt.hpp"
+#include "client/post.hpp"
 #include "client/prepare.hpp"
 #include "client/print.hpp"
 #include "client/progress.hpp"
@@ -20,6 +22,10 @@ int submit(const Settings& settings, const JobOptions& options) {
   });
   printer.finish();
   const Json job = post_job(server, prepared.spec);
+  if (interrupted()) {
+    cancel_posted(server, {job_state_from(job).id});
+    throw Interrupted{};
+  }
   if (settings.json)
     print_json(job);
   else

@@ -128,8 +128,4 @@ void upload(Server& server, const SceneAssets& scene, const UploadProgress& prog
   if (lacking.contains(scene.digest)) send_text(server, scene.digest, manifest);
 }
 
-Json post_job(Server& server, const JobSpec& spec) {
-  return server.post("/v1/jobs", to_json(spec));
-}
-
 }  // namespace tessera::client

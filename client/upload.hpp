@@ -14,7 +14,4 @@ using UploadProgress = std::function<void(std::uint64_t done, std::uint64_t tota
 /// on where it broke off.
 void upload(Server& server, const SceneAssets& scene, const UploadProgress& progress);
 
-/// Posts the job; the server's answer is the job object.
-Json post_job(Server& server, const JobSpec& spec);
-
 }  // namespace tessera::client

@@ -8,6 +8,7 @@
 #include "client/farm.hpp"
 #include "client/follow.hpp"
 #include "client/output.hpp"
+#include "client/post.hpp"
 #include "client/print.hpp"
 #include "client/sheet.hpp"
 #include "client/upload.hpp"
@@ -66,6 +67,7 @@ class Jobs {
       upload(server_, scene, [&](std::uint64_t done, std::uint64_t total) {
         printer.remark_now_and_then(upload_text(done, total));
       });
+    ids_.reserve(prepared_.jobs.size());
     for (std::size_t i = 0; i < prepared_.jobs.size(); ++i) {
       states_[i] = job_state_from(post_job(server_, prepared_.jobs[i]));
       ids_.push_back(states_[i].id);
@@ -88,18 +90,10 @@ class Jobs {
 
   /// Those that have not ended, on a server that goes on without us.
   void cancel() {
-    const EndingInOrder ending;
-    int cancelled = 0;
-    try {
-      for (std::size_t i = 0; i < ids_.size(); ++i) {
-        if (states_[i].ended()) continue;
-        server_.remove(fmt::format("/v1/jobs/{}", ids_[i]));
-        ++cancelled;
-      }
-    } catch (const Error& error) {
-      fmt::print(stderr, "tessera: jobs could not be cancelled: {}\n", error.what());
-    }
-    if (cancelled > 0) fmt::print(stderr, "tessera: cancelled {} jobs\n", cancelled);
+    std::vector<JobId> open;
+    for (std::size_t i = 0; i < ids_.size(); ++i)
+      if (!states_[i].ended()) open.push_back(ids_[i]);
+    cancel_posted(server_, open);
   }
 
   /// Says which did not come out, and gives the command's exit code.

@@ -55,7 +55,7 @@ TEST(Interrupt, does_not_break_off_what_is_done_because_of_it) {
               std::raise(SIGINT);
               int code = 0;
               {
-                const EndingInOrder ending;
+                const Uninterrupted ending;
                 if (!interrupted() && interrupt_noted()) code = 5;
               }
               _exit(interrupted() ? code : 6);
