@@ -127,21 +127,21 @@ TEST(Wedge, a_wrong_path_or_value_is_said_before_anything_is_queued) {
   EXPECT_FALSE(fs::exists(farm.folder() / "s"));
 }
 
-/// A wedge of four small jobs on a farm whose workers, if any, come later.
-Process waiting_wedge(const Farm& farm) {
+/// A wedge of small jobs, unless asked four, on a farm whose workers, if any, come later.
+Process waiting_wedge(const Farm& farm, const std::string& vary = "samples=1,2,3,4") {
   std::vector<std::string> all{(programs() / "tessera").string(), "--server",
                                "http://" + farm.http()};
   for (const std::string& word :
-       wedge(farm.folder() / "sheet.png", {"--size", "16x16", "--vary", "samples=1,2,3,4"}))
+       wedge(farm.folder() / "sheet.png", {"--size", "16x16", "--vary", vary}))
     all.push_back(word);
   return Process(all, farm.folder() / "wedge");
 }
 
-bool has_jobs(const Farm& farm, std::size_t count) {
+bool has_jobs(const Farm& farm, std::size_t least) {
   const auto end = std::chrono::steady_clock::now() + Seconds(60);
-  while (farm.get("/v1/jobs").at("jobs").size() != count) {
+  while (farm.get("/v1/jobs").at("jobs").size() < least) {
     if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
 }
@@ -154,6 +154,37 @@ TEST(Wedge, interrupted_cancels_all_its_jobs) {
   EXPECT_EQ(client.wait(Seconds(20)), 130) << client.errors();
   for (const json& job : farm.get("/v1/jobs").at("jobs")) EXPECT_EQ(job.at("state"), "cancelled");
   EXPECT_NE(client.errors().find("cancelled 4 jobs"), std::string::npos) << client.errors();
+}
+
+TEST(Wedge, interrupted_while_it_posts_leaves_no_job_behind) {
+  Farm farm;
+  std::string seeds = "seed=0";
+  for (int seed = 1; seed < 500; ++seed) seeds += "," + std::to_string(seed);
+  Process client = waiting_wedge(farm, seeds);
+  ASSERT_TRUE(has_jobs(farm, 1)) << client.errors();
+  // The server holds a job that the client has asked for and has no answer to.
+  farm.server().signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  client.signal(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  farm.server().signal(SIGCONT);
+  EXPECT_EQ(client.wait(Seconds(60)), 130) << client.errors();
+  const json jobs = farm.get("/v1/jobs").at("jobs");
+  EXPECT_LT(jobs.size(), 500U) << "it was interrupted too late to say anything";
+  for (const json& job : jobs) EXPECT_EQ(job.at("state"), "cancelled") << job.at("id");
+}
+
+TEST(Wedge, interrupted_cancels_the_others_if_one_has_ended_meanwhile) {
+  const Farm farm;
+  Process client = waiting_wedge(farm);
+  ASSERT_TRUE(has_jobs(farm, 4)) << client.errors();
+  client.signal(SIGSTOP);  // it does not learn what becomes of the first
+  EXPECT_EQ(farm.tessera({"cancel", "1"}).code, 0);
+  client.signal(SIGINT);
+  client.signal(SIGCONT);
+  EXPECT_EQ(client.wait(Seconds(20)), 130) << client.errors();
+  for (const json& job : farm.get("/v1/jobs").at("jobs")) EXPECT_EQ(job.at("state"), "cancelled");
+  EXPECT_NE(client.errors().find("cancelled 3 jobs"), std::string::npos) << client.errors();
 }
 
 TEST(Wedge, one_that_does_not_come_out_is_named_and_the_others_are_there) {
