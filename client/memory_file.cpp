@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,7 +13,21 @@
 
 namespace tessera::client {
 
-MemoryFile::MemoryFile(std::string_view bytes) : descriptor_(memfd_create("tessera", MFD_CLOEXEC)) {
+namespace {
+
+/// A wedge may have more scenes than the usual soft limit has files: then up to the hard one.
+int create() {
+  const int descriptor = memfd_create("tessera", MFD_CLOEXEC);
+  rlimit limit{};
+  if (descriptor >= 0 || errno != EMFILE || getrlimit(RLIMIT_NOFILE, &limit) != 0)
+    return descriptor;
+  limit.rlim_cur = limit.rlim_max;
+  return setrlimit(RLIMIT_NOFILE, &limit) == 0 ? memfd_create("tessera", MFD_CLOEXEC) : -1;
+}
+
+}  // namespace
+
+MemoryFile::MemoryFile(std::string_view bytes) : descriptor_(create()) {
   while (descriptor_ >= 0 && !bytes.empty()) {
     const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
@@ -23,7 +38,7 @@ MemoryFile::MemoryFile(std::string_view bytes) : descriptor_(memfd_create("tesse
   const int reason = errno;
   if (descriptor_ >= 0) close(descriptor_);
   throw Error(ErrorKind::failed,
-              fmt::format("no memory for an edited scene: {}", std::strerror(reason)));
+              fmt::format("an edited scene cannot be held in memory: {}", std::strerror(reason)));
 }
 
 MemoryFile::~MemoryFile() {
