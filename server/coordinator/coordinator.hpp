@@ -38,7 +38,7 @@ class WorkerLink {
 /// What has happened since the coordinator started; numbers only grow.
 struct CoordinatorCounters {
   std::uint64_t results_accepted = 0;   ///< durable, the first of their tasks
-  std::uint64_t results_duplicate = 0;  ///< their tasks have another result; told "stale"
+  std::uint64_t results_duplicate = 0;  ///< of jobs under way, and not needed; told "stale"
   std::uint64_t results_stale = 0;      ///< their jobs have ended, or are not known
   /// Not taken, and why.
   struct Rejected {
@@ -146,7 +146,11 @@ class Coordinator {
 
   // ---- workers ----
   [[nodiscard]] virtual std::vector<WorkerView> workers() const = 0;
+  /// It finishes what it holds, and leaves.
   virtual void drain_worker(WorkerId worker) = 0;
+  /// It is granted nothing until it is released, also when it comes back; what it holds is revoked.
+  virtual void quarantine_worker(WorkerId worker, const std::string& reason) = 0;
+  virtual void release_worker(WorkerId worker) = 0;
   [[nodiscard]] virtual std::uint64_t epoch() const = 0;
 
   // ---- sessions' side: called on the I/O thread ----

@@ -51,6 +51,8 @@ class CoordinatorImpl : public Coordinator {
   [[nodiscard]] CoordinatorCounters counters() const override { return counters_; }
   [[nodiscard]] std::vector<WorkerView> workers() const override;
   void drain_worker(WorkerId worker) override;
+  void quarantine_worker(WorkerId worker, const std::string& reason) override;
+  void release_worker(WorkerId worker) override;
   [[nodiscard]] std::uint64_t epoch() const override { return store_->epoch(); }
   WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) override;
   void worker_heard(WorkerId worker) override;

@@ -84,6 +84,26 @@ void CoordinatorImpl::drain_worker(WorkerId worker) {
   hub_.publish("worker", 0, worker_event(worker, found->second.info.name, "draining"));
 }
 
+void CoordinatorImpl::quarantine_worker(WorkerId worker, const std::string& reason) {
+  const auto found = workers_.find(worker);
+  if (found == workers_.end())
+    throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
+  const std::string name = found->second.info.name;
+  perform(scheduler_.quarantine_worker(worker, reason, now()));
+  log::info("worker {} ({}) is quarantined: {}", worker, name, excerpt(reason, 400));
+  hub_.publish("worker", 0, worker_event(worker, name, "quarantined"));
+}
+
+void CoordinatorImpl::release_worker(WorkerId worker) {
+  const auto found = workers_.find(worker);
+  if (found == workers_.end())
+    throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
+  const std::string name = found->second.info.name;
+  perform(scheduler_.release_worker(worker, now()));
+  log::info("worker {} ({}) is released", worker, name);
+  hub_.publish("worker", 0, worker_event(worker, name, "idle"));
+}
+
 void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
   if (!workers_.contains(worker)) return;
   if (const auto* preparing = std::get_if<wire::Preparing>(&message)) {

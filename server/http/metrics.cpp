@@ -87,7 +87,10 @@ void write_workers(Writer& out, const std::vector<WorkerView>& workers) {
 }
 
 void write_counters(Writer& out, const CoordinatorCounters& counters) {
-  out.family("results_total", "counter", "Results that workers sent, by what became of them.");
+  out.family(
+      "results_total", "counter",
+      "Results that workers sent, by what became of them; duplicate: not needed by a job that is "
+      "under way, stale: of a job that has ended.");
   const CoordinatorCounters::Rejected& rejected = counters.rejected;
   out.sample(counters.results_accepted, "outcome=\"accepted\"");
   out.sample(counters.results_duplicate, "outcome=\"duplicate\"");

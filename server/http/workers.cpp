@@ -38,12 +38,22 @@ HandlerResult change_worker(Call& call) {
   const Json body = co_await json_body(call);
   ObjectReader in(body, "");
   const std::string state = in.text("state");
+  const std::string reason = in.text_or("reason", "asked for by a person");
   in.finish();
-  if (state != "draining") in.fail("state", unknown_name("state", state, {"draining"}));
-  WorkerView worker = worker_of(call);  // it may have gone while the body came
-  call.api.coordinator.drain_worker(id);
-  worker.state = "draining";
-  co_return json_response(worker_object(worker));
+  const WorkerView worker = worker_of(call);  // it may have gone while the body came
+  if (state == "draining") {
+    call.api.coordinator.drain_worker(id);
+  } else if (state == "quarantined") {
+    call.api.coordinator.quarantine_worker(id, reason.substr(0, 1000));
+  } else if (state == "idle") {
+    if (worker.state == "draining")
+      throw Error(ErrorKind::conflict, "a worker that drains leaves: start it again",
+                  {.key = "state"});
+    call.api.coordinator.release_worker(id);
+  } else {
+    in.fail("state", unknown_name("state", state, {"draining", "quarantined", "idle"}));
+  }
+  co_return json_response(worker_object(worker_of(call)));
 }
 
 }  // namespace tessera::server

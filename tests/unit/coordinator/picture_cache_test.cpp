@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "common/base/error.hpp"
+#include "server/coordinator/frame_file.hpp"
 
 namespace tessera::server {
 namespace {
@@ -118,6 +119,16 @@ TEST_F(PictureCacheTest, ForgottenJobIsMadeAnew) {
   EXPECT_EQ(cache.bytes(), 0U);
   ask(key, 1);
   EXPECT_EQ(makes.size(), 1U);
+}
+
+TEST(FrameFile, AFinishedPictureThatIsThereNoMoreIsAFailureWithItsPlace) {
+  try {
+    require_kept("data/jobs/1/frame-0001.exr");
+    FAIL() << "it is not there";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::failed);
+    EXPECT_EQ(error.place().file, "data/jobs/1/frame-0001.exr");
+  }
 }
 
 }  // namespace

@@ -158,6 +158,20 @@ TEST_F(ApiTest, AFrameThatTheJobDoesNotHaveIs404) {
         << frame;
 }
 
+TEST_F(ApiTest, AWorkerIsQuarantinedAndReleasedButNotOnceItDrains) {
+  WorkerView worker;
+  worker.id = 4;
+  worker.state = "rendering";
+  coordinator.connected.push_back(worker);
+  const auto set = [&](const char* body) { return ask("PATCH", "/v1/workers/4", body); };
+  EXPECT_EQ(json(set(R"({"state":"quarantined","reason":"its fan is broken"})"))["state"],
+            "quarantined");
+  EXPECT_EQ(json(set(R"({"state":"idle"})"))["state"], "idle");
+  EXPECT_THAT(coordinator.calls, ElementsAre("quarantine 4: its fan is broken", "release 4"));
+  EXPECT_EQ(set(R"({"state":"draining"})").status, 200U);
+  EXPECT_EQ(set(R"({"state":"idle"})").status, 409U);
+}
+
 TEST_F(ApiTest, WorkersAreListedWithoutTheirIdentityAndDrained) {
   WorkerView worker;
   worker.id = 4;
@@ -171,7 +185,7 @@ TEST_F(ApiTest, WorkersAreListedWithoutTheirIdentityAndDrained) {
   EXPECT_EQ(text(list).find("abcdef"), std::string::npos);
   EXPECT_EQ(json(ask("PATCH", "/v1/workers/4", R"({"state":"draining"})"))["state"], "draining");
   EXPECT_THAT(coordinator.calls, ElementsAre("drain 4"));
-  EXPECT_EQ(ask("PATCH", "/v1/workers/4", R"({"state":"idle"})").status, 400U);
+  EXPECT_EQ(ask("PATCH", "/v1/workers/4", R"({"state":"asleep"})").status, 400U);
   EXPECT_EQ(ask("PATCH", "/v1/workers/5", R"({"state":"draining"})").status, 404U);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
@@ -114,6 +115,15 @@ class FakeCoordinator : public Coordinator {
   [[nodiscard]] std::vector<WorkerView> workers() const override { return connected; }
   void drain_worker(WorkerId worker) override {
     calls.push_back("drain " + std::to_string(worker));
+    state_of(worker) = "draining";
+  }
+  void quarantine_worker(WorkerId worker, const std::string& reason) override {
+    calls.push_back("quarantine " + std::to_string(worker) + ": " + reason);
+    state_of(worker) = "quarantined";
+  }
+  void release_worker(WorkerId worker) override {
+    calls.push_back("release " + std::to_string(worker));
+    state_of(worker) = "idle";
   }
   [[nodiscard]] std::uint64_t epoch() const override { return 3; }
 
@@ -125,6 +135,11 @@ class FakeCoordinator : public Coordinator {
   boost::asio::awaitable<void> stop() override { co_return; }
 
  private:
+  std::string& state_of(WorkerId id) {
+    return std::find_if(connected.begin(), connected.end(),
+                        [id](const WorkerView& worker) { return worker.id == id; })
+        ->state;
+  }
   class FakeSubscription : public Subscription {
    public:
     explicit FakeSubscription(FakeCoordinator& from) : from_(from), waiting_(from.events) {}
