@@ -10,7 +10,6 @@
 #include <signal.h>
 #include <sys/time.h>
 #include <tbb/global_control.h>
-#include <time.h>
 #include <ucontext.h>
 
 #include <algorithm>
@@ -23,6 +22,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/base/thread_clock.hpp"
 #include "common/scene/scene_file.hpp"
 #include "worker/render/render_task.hpp"
 #include "worker/scene/build.hpp"
@@ -90,12 +90,6 @@ void set_ticking(bool on) {
   itimerval timer{};
   if (on) timer.it_interval.tv_usec = timer.it_value.tv_usec = 1000;
   setitimer(ITIMER_PROF, &timer, nullptr);
-}
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 void print(const std::string& name, double value, const char* unit) {
@@ -220,11 +214,11 @@ void replay(const std::string& name, const render::Scene& scene) {
   std::vector<double> seconds_of;
   std::int64_t met = 0;
   for (int round = 0; round < 3; ++round) {
-    const double began = thread_seconds();
+    const double began = thread_cpu_seconds();
     for (const RecordedRay& one : recorded) {
       met += one.any ? scene.accel.occluded(one.ray) : scene.accel.intersect(one.ray).any();
     }
-    seconds_of.push_back(thread_seconds() - began);
+    seconds_of.push_back(thread_cpu_seconds() - began);
   }
   std::sort(seconds_of.begin(), seconds_of.end());
   print(name + "_replayed_ray", seconds_of[1] / static_cast<double>(recorded.size()) * 1e9, "ns");
@@ -244,10 +238,10 @@ void threads_ratio(const std::string& name, const render::Scene& scene) {
 }
 
 void measure(const std::string& name, scene::Scene&& description) {
-  const double began = thread_seconds();
+  const double began = thread_cpu_seconds();
   const accel::Device device;
   const render::Scene scene = worker::build_scene(std::move(description), device);
-  print(name + "_build", thread_seconds() - began, "s_of_calling_thread");
+  print(name + "_build", thread_cpu_seconds() - began, "s_of_calling_thread");
   print(name + "_embree_memory", static_cast<double>(device.memory()) * 0x1p-20, "MiB");
   measure_share(name, scene);
   replay(name, scene);

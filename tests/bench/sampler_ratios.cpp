@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/thread_clock.hpp"
 #include "common/scene/scene_file.hpp"
 #include "worker/render/integrators/integrator.hpp"
 #include "worker/render/render_task.hpp"
@@ -21,12 +21,6 @@
 
 namespace tessera::render {
 namespace {
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
 
 /// Something that is done again and again, and how long one of it took.
 struct Subject {
@@ -64,13 +58,13 @@ volatile std::uint32_t sink;
 double seconds_of_addressed_number(SamplerKind kind) {
   constexpr std::uint32_t draws = 20'000;
   std::uint32_t mixed = 0;
-  const double began = thread_seconds();
+  const double began = thread_cpu_seconds();
   for (std::uint32_t i = 0; i < draws; ++i) {
     const Sampler sampler(kind, 1, 100, 200, i);
     const Draw4 draw = sampler.draw4(dim::bsdf_set(i % 4));
     mixed ^= draw.bits(0) ^ draw.bits(1) ^ draw.bits(2) ^ draw.bits(3);
   }
-  const double took = thread_seconds() - began;
+  const double took = thread_cpu_seconds() - began;
   sink = mixed;
   return took / (4.0 * draws);
 }
@@ -79,9 +73,9 @@ template <class Generator>
 double seconds_of_streamed_number(Generator& generator) {
   constexpr int numbers = 2'000'000;
   std::uint32_t mixed = 0;
-  const double began = thread_seconds();
+  const double began = thread_cpu_seconds();
   for (int i = 0; i < numbers; ++i) mixed ^= static_cast<std::uint32_t>(generator());
-  const double took = thread_seconds() - began;
+  const double took = thread_cpu_seconds() - began;
   sink = mixed;
   return took / numbers;
 }

@@ -4,15 +4,14 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
-#include <time.h>
 
 #include <atomic>
 #include <memory>
 #include <vector>
 
-#include "common/base/clock.hpp"
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
+#include "common/base/thread_clock.hpp"
 #include "worker/render/camera.hpp"
 #include "worker/render/filter.hpp"
 #include "worker/render/float_mode.hpp"
@@ -22,12 +21,6 @@
 
 namespace tessera::render {
 namespace {
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
 
 const scene::Camera& camera_of(const Scene& scene, const std::string& name) {
   if (scene.cameras.empty()) throw Error(ErrorKind::bad_input, "the scene has no camera");
@@ -88,7 +81,7 @@ struct Counts {
 
 void render_block(const Plan& plan, const Rect& block, image::TileImage& image, Counts& counts) {
   const FlushDenormals mode;
-  const double began = thread_seconds();
+  const double began = thread_cpu_seconds();
   const RenderSettings& settings = plan.request.settings;
   Trace trace{.scene = plan.scene,
               .camera = plan.camera,
@@ -111,7 +104,7 @@ void render_block(const Plan& plan, const Rect& block, image::TileImage& image, 
   }
   counts.rays += trace.rays;
   counts.rejected += rejected;
-  counts.cpu_nanoseconds += static_cast<std::int64_t>((thread_seconds() - began) * 1e9);
+  counts.cpu_nanoseconds += static_cast<std::int64_t>((thread_cpu_seconds() - began) * 1e9);
 }
 
 /// Small enough that threads end together, large enough that a block costs far more than handing it
