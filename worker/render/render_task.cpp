@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/base/clock.hpp"
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
 #include "common/base/thread_clock.hpp"
