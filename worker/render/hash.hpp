@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 
 /// Mixing of integers. All of it is plain arithmetic modulo 2^32 or 2^64, so that the bits are the
@@ -35,6 +36,13 @@ constexpr std::uint64_t frame_seed(std::uint64_t seed, std::int32_t frame) {
 /// What names one draw: the hash of (seed and pixel, set, index).
 constexpr std::uint64_t draw_key(std::uint64_t pixel_hash, std::uint32_t set, std::uint64_t index) {
   return hash_combine(pixel_hash + set, index);
+}
+/// The next four numbers of a generator.
+template <class Generator>
+constexpr std::array<std::uint32_t, 4> four_of(Generator& generator) {
+  std::array<std::uint32_t, 4> numbers{};
+  for (std::uint32_t& number : numbers) number = static_cast<std::uint32_t>(generator());
+  return numbers;
 }
 /// Uniform in [0, 1) from the upper 24 bits; never 1.
 constexpr float unit_float(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24F; }

@@ -17,9 +17,7 @@ namespace tessera::render {
 inline std::array<std::uint32_t, 4> mt19937_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                                  std::uint64_t index) {
   std::mt19937 generator(static_cast<std::uint32_t>(draw_key(pixel_hash, set, index) >> 32));
-  std::array<std::uint32_t, 4> numbers{};
-  for (std::uint32_t& number : numbers) number = static_cast<std::uint32_t>(generator());
-  return numbers;
+  return four_of(generator);
 }
 
 }  // namespace tessera::render

@@ -44,9 +44,7 @@ class Pcg32 {
 inline std::array<std::uint32_t, 4> pcg_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                              std::uint64_t index) {
   Pcg32 generator(draw_key(pixel_hash, set, index), set);
-  std::array<std::uint32_t, 4> numbers{};
-  for (std::uint32_t& number : numbers) number = generator();
-  return numbers;
+  return four_of(generator);
 }
 
 }  // namespace tessera::render

@@ -46,9 +46,7 @@ inline std::array<std::uint32_t, 4> xorshift_draw(std::uint64_t pixel_hash, std:
                                                   std::uint64_t index) {
   const std::uint64_t key = draw_key(pixel_hash, set, index);
   Xorshift128 generator(mix64(key + 0x9e3779b97f4a7c15ULL), mix64(key + 2 * 0x9e3779b97f4a7c15ULL));
-  std::array<std::uint32_t, 4> numbers{};
-  for (std::uint32_t& number : numbers) number = generator();
-  return numbers;
+  return four_of(generator);
 }
 
 }  // namespace tessera::render

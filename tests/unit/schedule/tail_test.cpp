@@ -14,13 +14,16 @@ class TailTest : public ScheduleTest {
       pass(std::min(0.5, seconds - waited));
     }
   }
-  /// `fast` renders all that is open at ten tasks a second; `slow` holds two and is silent on them.
-  void reach_the_tail() {
-    add(1, spec(6, 1));
+  void join_both() {
     fast_ = join("fast");
     slow_ = join("slow");
     ready(fast_);
     ready(slow_);
+  }
+  /// `fast` renders all that is open at ten tasks a second; `slow` holds two and is silent on them.
+  void reach_the_tail() {
+    add(1, spec(6, 1));
+    join_both();
     for (int i = 0; i < 4; ++i) {
       wait(0.1);
       finish_one(fast_);
@@ -64,10 +67,7 @@ TEST_F(TailTest, TheOriginalMayWinToo) {
 
 TEST_F(TailTest, NoCopyIsMadeWhileATaskIsOpen) {
   add(1, spec(40, 1));
-  fast_ = join("fast");
-  slow_ = join("slow");
-  ready(fast_);
-  ready(slow_);
+  join_both();
   std::set<TaskId> granted;
   for (int i = 0; i < 38; ++i) {
     ASSERT_FALSE(held_[fast_].empty());
@@ -80,10 +80,7 @@ TEST_F(TailTest, NoCopyIsMadeWhileATaskIsOpen) {
 
 TEST_F(TailTest, NoCopyIsMadeThatWouldNotBeSooner) {
   add(1, spec(5, 1));
-  fast_ = join("fast");
-  slow_ = join("slow");
-  ready(fast_);
-  ready(slow_);
+  join_both();
   // Alike: each task takes a second, and the last one has just been begun.
   wait(1);
   finish_one(fast_);
@@ -100,10 +97,7 @@ TEST_F(TailTest, NoCopyIsMadeThatWouldNotBeSooner) {
 
 TEST_F(TailTest, ProgressThatIsSlowMakesATaskLate) {
   add(1, spec(3, 1));
-  fast_ = join("fast");
-  slow_ = join("slow");
-  ready(fast_);
-  ready(slow_);
+  join_both();
   wait(8);
   const GrantLease running = held_[slow_].at(0);
   take(scheduler_.worker_progress(slow_, {{running.lease, 0.4}}, now_));
