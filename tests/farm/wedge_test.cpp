@@ -152,7 +152,8 @@ TEST(Wedge, interrupted_cancels_all_its_jobs) {
   ASSERT_TRUE(has_jobs(farm, 4)) << client.errors();
   client.signal(SIGINT);
   EXPECT_EQ(client.wait(Seconds(20)), 130) << client.errors();
-  for (const json& job : farm.get("/v1/jobs").at("jobs")) EXPECT_EQ(job.at("state"), "cancelled");
+  const json jobs = farm.get("/v1/jobs").at("jobs");
+  for (const json& job : jobs) EXPECT_EQ(job.at("state"), "cancelled");
   EXPECT_NE(client.errors().find("cancelled 4 jobs"), std::string::npos) << client.errors();
 }
 
@@ -183,7 +184,8 @@ TEST(Wedge, interrupted_cancels_the_others_if_one_has_ended_meanwhile) {
   client.signal(SIGINT);
   client.signal(SIGCONT);
   EXPECT_EQ(client.wait(Seconds(20)), 130) << client.errors();
-  for (const json& job : farm.get("/v1/jobs").at("jobs")) EXPECT_EQ(job.at("state"), "cancelled");
+  const json jobs = farm.get("/v1/jobs").at("jobs");
+  for (const json& job : jobs) EXPECT_EQ(job.at("state"), "cancelled");
   EXPECT_NE(client.errors().find("cancelled 3 jobs"), std::string::npos) << client.errors();
 }
 
