@@ -6,8 +6,9 @@
 #include <system_error>
 
 #include "common/base/error.hpp"
-#include "common/base/file.hpp"
+#include "common/base/log.hpp"
 #include "common/image/picture.hpp"
+#include "server/store/whole_file.hpp"
 
 namespace tessera::server {
 
@@ -17,12 +18,11 @@ namespace {
 
 constexpr std::string_view prefix = "frame-";
 constexpr std::string_view suffix = ".exr";
-constexpr std::string_view temporary = ".part";
 
 /// Bytes straight to a file.
 class FileSink : public image::ByteSink {
  public:
-  explicit FileSink(const fs::path& file) : file_(file, O_WRONLY | O_CREAT | O_TRUNC) {}
+  explicit FileSink(DiskFile& file) : file_(file) {}
   void append(std::span<const std::byte> bytes) override {
     file_.write_at(bytes, end_);
     end_ += bytes.size();
@@ -30,12 +30,19 @@ class FileSink : public image::ByteSink {
   void replace(std::size_t offset, std::span<const std::byte> bytes) override {
     file_.write_at(bytes, offset);
   }
-  void sync() { file_.sync(); }
 
  private:
-  File file_;
+  DiskFile& file_;
   std::uint64_t end_ = 0;
 };
+
+void remove_leftover(Disk& disk, const fs::path& file) {
+  try {
+    disk.remove(file);
+  } catch (const Error& error) {
+    log::warn("{}", error.what());
+  }
+}
 
 }  // namespace
 
@@ -45,12 +52,17 @@ fs::path frame_path(const fs::path& data, JobId job, std::int32_t frame) {
   return job_folder(data, job) / fmt::format("{}{:04}{}", prefix, frame, suffix);
 }
 
-std::set<std::int32_t> frames_on_disk(const fs::path& data, JobId job) {
+std::set<std::int32_t> frames_on_disk(const fs::path& data, JobId job, Disk& disk) {
   std::set<std::int32_t> frames;
-  std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(job_folder(data, job), none)) {
-    const std::string name = entry.path().filename().string();
-    if (name.ends_with(temporary)) fs::remove(entry.path(), none);
+  const fs::path folder = job_folder(data, job);
+  std::vector<std::string> names;
+  try {
+    names = disk.names(folder);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::not_found) throw;
+  }
+  for (const std::string& name : names) {
+    if (name.ends_with(part_suffix)) remove_leftover(disk, folder / name);
     if (!name.starts_with(prefix) || !name.ends_with(suffix)) continue;
     std::int32_t frame = 0;
     const char* const last = name.data() + name.size() - suffix.size();
@@ -61,27 +73,10 @@ std::set<std::int32_t> frames_on_disk(const fs::path& data, JobId job) {
 }
 
 void write_whole(const fs::path& file, bool durable, const WriteContent& write) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  const auto fail = [&](const char* what) {
-    throw Error(ErrorKind::failed, fmt::format("{}: {}", what, error.message()),
-                {.file = file.string()});
-  };
-  if (error) fail("its folder cannot be made");
-  const fs::path part = file.string() + std::string(temporary);
-  try {
-    FileSink sink(part);
+  write_whole(*system_disk(), file, durable, [&](DiskFile& out) {
+    FileSink sink(out);
     write(sink);
-    if (durable) sink.sync();
-    fs::rename(part, file, error);
-    if (error) fail("cannot be renamed to");
-  } catch (...) {
-    fs::remove(part, error);
-    throw;
-  }
-  if (!durable) return;
-  sync_folder(file.parent_path());
-  sync_folder(file.parent_path().parent_path());
+  });
 }
 
 void write_frame_exr(const fs::path& file, bool durable, const FilmSnapshot& film,

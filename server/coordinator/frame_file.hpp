@@ -10,6 +10,7 @@
 #include "common/image/picture.hpp"
 #include "common/job/job_spec.hpp"
 #include "server/film/film.hpp"
+#include "server/store/disk.hpp"
 
 /// Final pictures on disk: DATA/jobs/ID/frame-####.exr. Everything here blocks: it is called from
 /// the pool, or at the start.
@@ -18,12 +19,11 @@ namespace tessera::server {
 std::filesystem::path job_folder(const std::filesystem::path& data, JobId job);
 std::filesystem::path frame_path(const std::filesystem::path& data, JobId job, std::int32_t frame);
 /// The frames that have a file. Temporary files of a killed coordinator are removed.
-std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job);
+std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job,
+                                      Disk& disk = *system_disk());
 
 using WriteContent = std::function<void(image::ByteSink&)>;
-/// Under a temporary name in the same folder (made if it is not there), then renamed; synced if
-/// `durable`. Throws Error with the file's name, or what `write` throws; what stood there before
-/// stands then still.
+/// server/store/whole_file.hpp says what it promises.
 void write_whole(const std::filesystem::path& file, bool durable, const WriteContent& write);
 
 /// Throws Error (failed, with the place) if a file that was written is there no more: whoever asks

@@ -81,12 +81,12 @@ void Statement::bind(int index, const std::string& value) {
 
 void Database::Closer::operator()(sqlite3* database) const { sqlite3_close(database); }
 
-Database::Database(const std::filesystem::path& file, Mode mode) {
+Database::Database(const std::filesystem::path& file, Mode mode, const char* vfs) {
   const int flags = (mode == Mode::read_write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE
                                               : SQLITE_OPEN_READONLY) |
                     SQLITE_OPEN_NOMUTEX;
   sqlite3* made = nullptr;
-  const int code = sqlite3_open_v2(file.c_str(), &made, flags, nullptr);
+  const int code = sqlite3_open_v2(file.c_str(), &made, flags, vfs);
   database_.reset(made);
   if (code != SQLITE_OK) {
     throw DatabaseError(

@@ -65,8 +65,8 @@ class Statement {
 class Database {
  public:
   enum class Mode { read_write, read_only };
-  /// Throws Error{failed} that names the file.
-  Database(const std::filesystem::path& file, Mode mode);
+  /// `vfs` as Disk::sqlite_vfs() says. Throws Error{failed} that names the file.
+  Database(const std::filesystem::path& file, Mode mode, const char* vfs = nullptr);
 
   void execute(const std::string& sql);
   [[nodiscard]] Statement prepare(std::string_view sql);

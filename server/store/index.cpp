@@ -16,8 +16,8 @@ constexpr std::string_view job_columns =
     "id, spec, state, priority, created, started, finished, error, render_seconds, rays, "
     "rejected_samples, shares, cpu_seconds";
 
-Database opened(const std::filesystem::path& file, bool durable) {
-  Database database(file, Database::Mode::read_write);
+Database opened(const std::filesystem::path& file, bool durable, const char* vfs) {
+  Database database(file, Database::Mode::read_write, vfs);
   database.execute("PRAGMA journal_mode = WAL");
   database.execute(durable ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = OFF");
   migrate(database, file.string());
@@ -54,9 +54,9 @@ std::string shares_text(const JobRecord& record) {
 
 }  // namespace
 
-Index::Index(const std::filesystem::path& file, bool durable)
-    : writer_(opened(file, durable)),
-      reader_(Database(file, Database::Mode::read_only)),
+Index::Index(const std::filesystem::path& file, bool durable, const char* vfs)
+    : writer_(opened(file, durable, vfs)),
+      reader_(Database(file, Database::Mode::read_only, vfs)),
       add_result_(writer_.prepare("INSERT OR REPLACE INTO results VALUES(?1, ?2, ?3, ?4, ?5, ?6, "
                                   "?7, ?8, ?9, ?10, ?11, ?12, ?13)")),
       add_segment_(writer_.prepare("INSERT INTO segments VALUES(?1, ?2, ?3) ON CONFLICT DO UPDATE "

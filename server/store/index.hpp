@@ -21,7 +21,8 @@ namespace tessera::server {
 /// thread at a time, over one connection; const: any thread, over another one, one after another.
 class Index {
  public:
-  Index(const std::filesystem::path& file, bool durable);
+  /// `vfs` as Disk::sqlite_vfs() says.
+  Index(const std::filesystem::path& file, bool durable, const char* vfs = nullptr);
 
   /// Counts a start; durable on return.
   std::uint64_t next_epoch();

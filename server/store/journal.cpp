@@ -33,9 +33,9 @@ std::array<std::byte, header_size> segment_header() {
 }
 
 /// A segment that was indexed and is not there any more is a failure, and no mistake of who asks.
-File opened(const std::filesystem::path& segment) {
+std::unique_ptr<DiskFile> opened(const Disk& disk, const std::filesystem::path& segment) {
   try {
-    return {segment, O_RDONLY};
+    return disk.open(segment);
   } catch (const Error& error) {
     throw Error(ErrorKind::failed, error.message(), error.place());
   }
@@ -43,8 +43,9 @@ File opened(const std::filesystem::path& segment) {
 
 }  // namespace
 
-Journal::Journal(std::filesystem::path folder, bool durable, std::uint64_t segment_bytes)
-    : folder_(std::move(folder)), durable_(durable), segment_bytes_(segment_bytes) {
+Journal::Journal(Disk& disk, std::filesystem::path folder, bool durable,
+                 std::uint64_t segment_bytes)
+    : disk_(disk), folder_(std::move(folder)), durable_(durable), segment_bytes_(segment_bytes) {
   for (const std::uint64_t segment : segments()) {
     number_ = std::max(number_, segment);
     bytes_ += size_of(segment);
@@ -57,9 +58,9 @@ std::filesystem::path Journal::path_of(std::uint64_t segment) const {
 
 std::set<std::uint64_t> Journal::segments() const {
   std::set<std::uint64_t> found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-    if (entry.path().extension() != extension) continue;
-    const std::string stem = entry.path().stem().string();
+  for (const std::string& name : disk_.names(folder_)) {
+    if (!name.ends_with(extension)) continue;
+    const std::string stem = name.substr(0, name.size() - extension.size());
     std::uint64_t number = 0;
     const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
     if (error == std::errc() && end == stem.data() + stem.size()) found.insert(number);
@@ -68,18 +69,18 @@ std::set<std::uint64_t> Journal::segments() const {
 }
 
 std::uint64_t Journal::size_of(std::uint64_t segment) const {
-  return File(path_of(segment), O_RDONLY).size();
+  return disk_.open(path_of(segment))->size();
 }
 
 void Journal::begin_segment() {
   ++number_;
-  File fresh(path_of(number_), O_RDWR | O_CREAT | O_EXCL, owner_only);
-  fresh.write_at(segment_header(), 0);
+  std::unique_ptr<DiskFile> fresh = disk_.create(path_of(number_));
+  fresh->write_at(segment_header(), 0);
   if (durable_) {
-    fresh.sync();
-    sync_folder(folder_);
+    fresh->sync();
+    disk_.sync_folder(folder_);
   }
-  if (file_.is_open() && durable_) file_.drop_cached(cached_, end_);
+  if (file_ && durable_) file_->drop_cached(cached_, end_);
   file_ = std::move(fresh);
   end_ = last_ = header_size;
   cached_ = 0;
@@ -90,7 +91,7 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
   std::vector<std::vector<std::byte>> heads;
   heads.reserve(batch.size());
   for (const NewResult& result : batch) heads.push_back(record_head(result.info, result.exr));
-  if (!file_.is_open() || end_ >= segment_bytes_) begin_segment();
+  if (!file_ || end_ >= segment_bytes_) begin_segment();
 
   std::vector<ResultPlace> places;
   std::vector<iovec> pieces;
@@ -106,13 +107,13 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
   }
   last_ = end_;
   try {
-    file_.write_at(pieces, end_);
+    file_->write_at(pieces, end_);
   } catch (const Error&) {
     undo();
     throw;
   }
   try {
-    if (durable_) file_.sync();
+    if (durable_) file_->sync();
   } catch (const Error&) {
     seal();  // which pages reached the disk cannot be known
     throw;
@@ -125,7 +126,7 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
 
 void Journal::drop_what_is_old() {
   if (!durable_ || end_ < cached_ + 2 * kept_in_memory) return;
-  file_.drop_cached(cached_, end_ - kept_in_memory);
+  file_->drop_cached(cached_, end_ - kept_in_memory);
   cached_ = end_ - kept_in_memory;
 }
 
@@ -133,39 +134,43 @@ void Journal::undo() {
   bytes_ -= end_ - last_;
   end_ = last_;
   try {
-    file_.truncate(end_);
+    file_->truncate(end_);
   } catch (const Error& error) {
     log::warn("{}; its bytes past {} are of no meaning", error.what(), end_);
   }
 }
 
 StoredResult Journal::read(const ResultPlace& place) const {
-  const File file = opened(path_of(place.segment));
+  const auto file = opened(disk_, path_of(place.segment));
   if (place.length < record_prefix || place.length > record_most ||
-      place.offset + place.length > file.size()) {
+      place.offset + place.length > file->size()) {
     throw Error(ErrorKind::failed, fmt::format("{} has no record of {} bytes at {}",
-                                               file.path().string(), place.length, place.offset));
+                                               file->path().string(), place.length, place.offset));
   }
   std::array<std::byte, header_size> header{};
-  file.read_at(header, 0);
+  file->read_at(header, 0);
   if (header != segment_header())
-    throw Error(ErrorKind::failed, file.path().string() + " is no journal segment of this version");
+    throw Error(ErrorKind::failed,
+                file->path().string() + " is no journal segment of this version");
   std::vector<std::byte> bytes(place.length);
-  file.read_at(bytes, place.offset);
+  file->read_at(bytes, place.offset);
   try {
     return parse_record(bytes);
   } catch (const Error& error) {
     throw Error(ErrorKind::failed,
-                fmt::format("{} at {}: {}", file.path().string(), place.offset, error.message()));
+                fmt::format("{} at {}: {}", file->path().string(), place.offset, error.message()));
   }
 }
 
 void Journal::remove(std::uint64_t segment) {
-  if (file_.is_open() && segment == number_) return;
-  std::error_code error;
-  const std::uint64_t size = std::filesystem::file_size(path_of(segment), error);
-  if (!error && std::filesystem::remove(path_of(segment), error)) bytes_ -= size;
-  if (error) log::warn("{} could not be deleted: {}", path_of(segment).string(), error.message());
+  if (file_ && segment == number_) return;
+  try {
+    const std::uint64_t size = size_of(segment);
+    disk_.remove(path_of(segment));
+    bytes_ -= size;
+  } catch (const Error& error) {
+    log::warn("{}; the next start tries again", error.what());
+  }
 }
 
 }  // namespace tessera::server

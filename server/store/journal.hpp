@@ -2,11 +2,12 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <span>
 #include <vector>
 
-#include "common/base/file.hpp"
+#include "server/store/disk.hpp"
 #include "server/store/records.hpp"
 
 namespace tessera::server {
@@ -18,7 +19,7 @@ namespace tessera::server {
 class Journal {
  public:
   /// Begins a new segment with the first append.
-  Journal(std::filesystem::path folder, bool durable, std::uint64_t segment_bytes);
+  Journal(Disk& disk, std::filesystem::path folder, bool durable, std::uint64_t segment_bytes);
 
   /// The numbers of the segments on disk.
   [[nodiscard]] std::set<std::uint64_t> segments() const;
@@ -30,9 +31,9 @@ class Journal {
   /// Takes the last append back, as if it had thrown.
   void undo();
   /// Begins a new segment with the next append: what the last one wrote may be or not be.
-  void seal() { file_ = {}; }
+  void seal() { file_.reset(); }
   [[nodiscard]] StoredResult read(const ResultPlace& place) const;
-  /// Deletes a segment; the current one is kept.
+  /// Deletes a segment; the current one is kept. One that cannot be deleted is logged.
   void remove(std::uint64_t segment);
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
@@ -40,14 +41,15 @@ class Journal {
   void begin_segment();
   void drop_what_is_old();
 
+  Disk& disk_;
   std::filesystem::path folder_;
   bool durable_;
   std::uint64_t segment_bytes_;
-  std::uint64_t number_ = 0;  // of the newest segment
-  File file_;                 // the current one, or none
-  std::uint64_t end_ = 0;     // of its records
-  std::uint64_t last_ = 0;    // where the last append began
-  std::uint64_t cached_ = 0;  // before it the system was told to keep nothing in memory
+  std::uint64_t number_ = 0;        // of the newest segment
+  std::unique_ptr<DiskFile> file_;  // the current one, or none
+  std::uint64_t end_ = 0;           // of its records
+  std::uint64_t last_ = 0;          // where the last append began
+  std::uint64_t cached_ = 0;        // before it the system was told to keep nothing in memory
   std::atomic<std::uint64_t> bytes_{0};
 };
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "common/base/error.hpp"
-#include "common/base/file.hpp"
 #include "common/base/log.hpp"
 #include "server/store/index.hpp"
 #include "server/store/journal.hpp"
@@ -14,27 +13,22 @@
 namespace tessera::server {
 namespace {
 
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error)
-    throw Error(ErrorKind::failed, fmt::format("data folder {} could not be made: {}",
-                                               folder.string(), error.message()));
-}
-
-File locked(const std::filesystem::path& folder) {
-  make_folder(folder / "journal");
-  File lock(folder / "lock", O_RDWR | O_CREAT, owner_only);
-  if (!lock.try_lock()) {
-    std::string holder(std::min<std::size_t>(lock.size(), 20), '\0');
-    lock.read_at(std::as_writable_bytes(std::span(holder)), 0);
+std::unique_ptr<DiskFile> held(Disk& disk, const std::filesystem::path& folder, bool durable) {
+  make_folders(disk, folder, durable);
+  make_folders(disk, folder / "journal", durable);
+  const std::filesystem::path file = folder / "lock";
+  auto lock = disk.hold(file);
+  if (!lock) {
+    const auto reader = disk.open(file);
+    std::string holder(std::min<std::size_t>(reader->size(), 20), '\0');
+    reader->read_at(std::as_writable_bytes(std::span(holder)), 0);
     throw Error(ErrorKind::conflict,
                 fmt::format("data folder {} is in use by another coordinator (process {})",
                             folder.string(), holder.empty() ? "unknown" : holder));
   }
   const std::string process = std::to_string(::getpid());
-  lock.truncate(0);
-  lock.write_at(std::as_bytes(std::span(process)), 0);
+  lock->truncate(0);
+  lock->write_at(std::as_bytes(std::span(process)), 0);
   return lock;
 }
 
@@ -51,9 +45,10 @@ std::array<std::uint8_t, 16> key_from(const std::string& hex) {
 struct Store::State {
   State(const std::filesystem::path& where, const StoreSettings& settings)
       : folder(where),
-        lock(locked(where)),
-        index(where / "tessera.db", settings.durable),
-        journal(where / "journal", settings.durable, settings.segment_bytes) {}
+        disk(settings.disk),
+        lock(held(*disk, where, settings.durable)),
+        index(where / "tessera.db", settings.durable, disk->sqlite_vfs()),
+        journal(*disk, where / "journal", settings.durable, settings.segment_bytes) {}
 
   void check_segments() const {
     const auto present = journal.segments();
@@ -73,7 +68,8 @@ struct Store::State {
   }
 
   std::filesystem::path folder;
-  File lock;
+  std::shared_ptr<Disk> disk;
+  std::unique_ptr<DiskFile> lock;
   Index index;
   Journal journal;
   std::array<std::uint8_t, 16> key{};
@@ -90,10 +86,7 @@ std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
   state->remove_dead_segments();
   state->key = key_from(state->index.grant_key());
   state->epoch = state->index.next_epoch();
-  if (settings.durable) {
-    sync_folder(folder);
-    sync_folder(folder / "journal");
-  }
+  if (settings.durable) state->disk->sync_folder(folder);  // the database's name in it
   return std::unique_ptr<Store>(new Store(std::move(state)));
 }
 

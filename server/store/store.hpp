@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/limits.hpp"
+#include "server/store/disk.hpp"
 #include "server/store/records.hpp"
 
 /// What a coordinator keeps on disk: jobs and results, in one data folder that it locks.
@@ -21,6 +22,7 @@ struct StoreSettings {
   bool durable = true;
   /// A segment that has reached this is closed and a new one begun, bytes.
   std::uint64_t segment_bytes = 256 * limits::MiB;
+  std::shared_ptr<Disk> disk = system_disk();
 };
 
 /// Two kinds of calls. Those that are not const change the store: they block on the disk and are

@@ -152,8 +152,8 @@ TEST_F(Files, AreWholeUnderTheirNameOrNotThere) {
   write_whole(file, true, content(10, 'a'));
   write_whole(file, false, content(5, 'b'));
   EXPECT_EQ(read_file(file, 100), bytes(5, 'b'));
-  std::filesystem::create_directories(file.string() +
-                                      ".part");  // the temporary name cannot be opened
+  // The temporary name cannot be taken.
+  std::filesystem::create_directories(file.string() + ".part/full");
   EXPECT_THROW(write_whole(file, false, content(3, 'c')), Error);
   EXPECT_EQ(read_file(file, 100), bytes(5, 'b'));
 }

@@ -1,0 +1,125 @@
+#include "server/store/disk.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/base/file.hpp"
+
+namespace tessera::server {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, const char* what, const std::error_code& error) {
+  const bool absent = error == std::errc::no_such_file_or_directory;
+  throw Error(absent ? ErrorKind::not_found : ErrorKind::failed,
+              fmt::format("cannot be {}: {}", what, error.message()), {.file = path.string()});
+}
+
+class SystemFile : public DiskFile {
+ public:
+  explicit SystemFile(File file) : file_(std::move(file)) {}
+  [[nodiscard]] const fs::path& path() const override { return file_.path(); }
+  [[nodiscard]] std::uint64_t size() const override { return file_.size(); }
+  using DiskFile::write_at;
+  void write_at(std::vector<iovec>& pieces, std::uint64_t offset) override {
+    file_.write_at(pieces, offset);
+  }
+  void read_at(std::span<std::byte> bytes, std::uint64_t offset) const override {
+    file_.read_at(bytes, offset);
+  }
+  void truncate(std::uint64_t size) override { file_.truncate(size); }
+  void sync() override { file_.sync(); }
+  void drop_cached(std::uint64_t from, std::uint64_t to) const noexcept override {
+    file_.drop_cached(from, to);
+  }
+
+ private:
+  File file_;
+};
+
+class SystemDisk : public Disk {
+ public:
+  std::unique_ptr<DiskFile> create(const fs::path& file) override {
+    return std::make_unique<SystemFile>(File(file, O_RDWR | O_CREAT | O_EXCL, owner_only));
+  }
+  [[nodiscard]] std::unique_ptr<DiskFile> open(const fs::path& file) const override {
+    return std::make_unique<SystemFile>(File(file, O_RDONLY));
+  }
+  std::unique_ptr<DiskFile> hold(const fs::path& file) override {
+    File lock(file, O_RDWR | O_CREAT, owner_only);
+    if (!lock.try_lock()) return nullptr;
+    return std::make_unique<SystemFile>(std::move(lock));
+  }
+  bool make_folder(const fs::path& folder) override {
+    std::error_code error;
+    const bool made = fs::create_directory(folder, error);
+    if (error) fail(folder, "made", error);
+    return made;
+  }
+  [[nodiscard]] std::vector<std::string> names(const fs::path& folder) const override {
+    std::vector<std::string> found;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+         entry.increment(error))
+      found.push_back(entry->path().filename().string());
+    if (error) fail(folder, "read", error);
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+  void remove(const fs::path& file) override {
+    std::error_code error;
+    if (!fs::remove(file, error) && !error)
+      error = std::make_error_code(std::errc::no_such_file_or_directory);
+    if (error) fail(file, "removed", error);
+  }
+  void rename(const fs::path& from, const fs::path& to) override {
+    std::error_code error;
+    fs::rename(from, to, error);
+    if (error) fail(from, "renamed", error);
+  }
+  void sync_folder(const fs::path& folder) override {
+    // Whoever may not read a folder cannot sync it, and has made nothing in it: a data folder's
+    // parent can be such a one.
+    if (::access(folder.c_str(), R_OK) != 0 && errno == EACCES) return;
+    tessera::sync_folder(folder);
+  }
+};
+
+}  // namespace
+
+void DiskFile::write_at(std::span<const std::byte> bytes, std::uint64_t offset) {
+  std::vector<iovec> pieces{{const_cast<std::byte*>(bytes.data()), bytes.size()}};
+  write_at(pieces, offset);
+}
+
+std::shared_ptr<Disk> system_disk() {
+  static const auto disk = std::make_shared<SystemDisk>();
+  return disk;
+}
+
+void make_folders(Disk& disk, const fs::path& folder, bool durable) {
+  fs::path whole = fs::absolute(folder).lexically_normal();
+  if (whole.filename().empty()) whole = whole.parent_path();  // it ended with a slash
+  const fs::path parent = whole.parent_path();
+  try {
+    disk.make_folder(whole);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::not_found || parent == whole) throw;
+    make_folders(disk, parent, durable);
+    try {
+      disk.make_folder(whole);
+    } catch (const Error& again) {
+      throw Error(ErrorKind::failed, again.message(), again.place());
+    }
+  }
+  if (durable) disk.sync_folder(parent);
+}
+
+}  // namespace tessera::server
