@@ -51,6 +51,7 @@ void File::write_all(std::vector<iovec>& pieces, bool at_offset, std::uint64_t o
         at_offset ? ::pwritev(descriptor_, &pieces[at], count, static_cast<off_t>(offset))
                   : ::writev(descriptor_, &pieces[at], count);
     if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0 && errno == EINVAL && use_cache()) continue;
     if (wrote < 0) fail("written");
     if (wrote == 0) throw_for(path_, "written", ENOSPC);
     offset += static_cast<std::uint64_t>(wrote);
@@ -104,6 +105,18 @@ void File::truncate(std::uint64_t size) {
 
 void File::sync() {
   if (::fdatasync(descriptor_) != 0) fail("synced");
+}
+
+void File::bypass_cache() noexcept {
+  const int flags = ::fcntl(descriptor_, F_GETFL);
+  if (flags >= 0) static_cast<void>(::fcntl(descriptor_, F_SETFL, flags | O_DIRECT));
+}
+
+/// False if it was used already.
+bool File::use_cache() noexcept {
+  const int flags = ::fcntl(descriptor_, F_GETFL);
+  return flags >= 0 && (flags & O_DIRECT) != 0 &&
+         ::fcntl(descriptor_, F_SETFL, flags & ~O_DIRECT) == 0;
 }
 
 void File::drop_cached(std::uint64_t from, std::uint64_t to) const noexcept {

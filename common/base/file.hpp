@@ -44,6 +44,10 @@ class File {
   void truncate(std::uint64_t size);
   /// The bytes and the file's length are on the disk (fdatasync).
   void sync();
+  /// From here on writes go past the system's page cache (O_DIRECT), as long as the file system
+  /// takes them so; else through it, as before. Memory, offsets and lengths of what is written
+  /// should be multiples of the disk's block. Other descriptors read what was written.
+  void bypass_cache() noexcept;
   /// The system need not keep these bytes, which are synced, in memory any more. Only advice: it
   /// never fails.
   void drop_cached(std::uint64_t from, std::uint64_t to) const noexcept;
@@ -60,6 +64,7 @@ class File {
     std::swap(path_, other.path_);
   }
   [[noreturn]] void fail(const char* what) const;
+  bool use_cache() noexcept;
   void write_all(std::vector<iovec>& pieces, bool at_offset, std::uint64_t offset);
 
   int descriptor_ = -1;

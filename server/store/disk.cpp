@@ -36,6 +36,7 @@ class SystemFile : public DiskFile {
   }
   void truncate(std::uint64_t size) override { file_.truncate(size); }
   void sync() override { file_.sync(); }
+  void bypass_cache() noexcept override { file_.bypass_cache(); }
   void drop_cached(std::uint64_t from, std::uint64_t to) const noexcept override {
     file_.drop_cached(from, to);
   }

@@ -30,6 +30,9 @@ class DiskFile {
   /// The bytes and the file's length survive a power cut; its name need not (sync_folder). If it
   /// throws, any part of what was written may be lost, also when a later sync succeeds.
   virtual void sync() = 0;
+  /// What is written from here on is seldom read: it need not pass through the system's page cache
+  /// (File::bypass_cache). Only advice.
+  virtual void bypass_cache() noexcept {}
   /// The system need not keep these bytes, which are synced, in memory. Only advice.
   virtual void drop_cached(std::uint64_t from, std::uint64_t to) const noexcept = 0;
 };

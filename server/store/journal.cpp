@@ -19,7 +19,7 @@ constexpr std::string_view extension = ".segment";
 constexpr std::string_view magic = "TSRAJRNL";
 constexpr std::uint32_t version = 1;
 constexpr std::size_t header_size = 16;
-/// What was appended last stays in memory, for passes that came early are read back soon. Of the
+/// Where the file system cannot bypass its page cache, what was appended last stays in it. Of the
 /// rest nobody reads before a restart: dropped, its memory takes the next results, at a fraction of
 /// the cost of memory that the system has to find anew.
 constexpr std::uint64_t kept_in_memory = 16 * limits::MiB;
@@ -75,39 +75,37 @@ std::uint64_t Journal::size_of(std::uint64_t segment) const {
 void Journal::begin_segment() {
   ++number_;
   std::unique_ptr<DiskFile> fresh = disk_.create(path_of(number_));
-  fresh->write_at(segment_header(), 0);
+  blocks_.start(*fresh, 0);
+  blocks_.add(segment_header());
+  const std::uint64_t end = blocks_.finish();
   if (durable_) {
     fresh->sync();
     disk_.sync_folder(folder_);
   }
   if (file_ && durable_) file_->drop_cached(cached_, end_);
   file_ = std::move(fresh);
-  end_ = last_ = header_size;
+  if (durable_) file_->bypass_cache();
+  end_ = last_ = end;
   cached_ = 0;
-  bytes_ += header_size;
+  bytes_ += end;
 }
 
 std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
-  std::vector<std::vector<std::byte>> heads;
-  heads.reserve(batch.size());
-  for (const NewResult& result : batch) heads.push_back(record_head(result.info, result.exr));
   if (!file_ || end_ >= segment_bytes_) begin_segment();
-
   std::vector<ResultPlace> places;
-  std::vector<iovec> pieces;
   places.reserve(batch.size());
-  pieces.reserve(2 * batch.size());
-  std::uint64_t end = end_;
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    const auto exr = batch[i].exr;
-    pieces.push_back({heads[i].data(), heads[i].size()});
-    if (!exr.empty()) pieces.push_back({const_cast<std::byte*>(exr.data()), exr.size()});
-    places.push_back({number_, end, heads[i].size() + exr.size()});
-    end += places.back().length;
-  }
   last_ = end_;
+  std::uint64_t at = end_;
   try {
-    file_->write_at(pieces, end_);
+    blocks_.start(*file_, end_);
+    for (const NewResult& result : batch) {
+      const std::vector<std::byte> head = record_head(result.info, result.exr);
+      blocks_.add(head);
+      blocks_.add(result.exr);
+      places.push_back({number_, at, head.size() + result.exr.size()});
+      at += places.back().length;
+    }
+    at = blocks_.finish();
   } catch (const Error&) {
     undo();
     throw;
@@ -118,8 +116,8 @@ std::vector<ResultPlace> Journal::append(std::span<const NewResult> batch) {
     seal();  // which pages reached the disk cannot be known
     throw;
   }
-  bytes_ += end - end_;
-  end_ = end;
+  bytes_ += at - end_;
+  end_ = at;
   drop_what_is_old();
   return places;
 }

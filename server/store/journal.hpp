@@ -7,15 +7,16 @@
 #include <span>
 #include <vector>
 
+#include "server/store/block_writer.hpp"
 #include "server/store/disk.hpp"
 #include "server/store/records.hpp"
 
 namespace tessera::server {
 
 /// The bulk bytes: append-only files NUMBER.segment in one folder, each a header (magic, version)
-/// and then records one after another. What a record's place is, and which records count, is the
-/// index's to say: bytes behind the last indexed record are of no meaning. Not const: one thread at
-/// a time. Const: any thread.
+/// and then records one after another, those of each append from the start of a block on. What a
+/// record's place is, and which records count, is the index's to say: bytes behind the last indexed
+/// record are of no meaning. Not const: one thread at a time. Const: any thread.
 class Journal {
  public:
   /// Begins a new segment with the first append.
@@ -47,9 +48,10 @@ class Journal {
   std::uint64_t segment_bytes_;
   std::uint64_t number_ = 0;        // of the newest segment
   std::unique_ptr<DiskFile> file_;  // the current one, or none
-  std::uint64_t end_ = 0;           // of its records
-  std::uint64_t last_ = 0;          // where the last append began
-  std::uint64_t cached_ = 0;        // before it the system was told to keep nothing in memory
+  BlockWriter blocks_;
+  std::uint64_t end_ = 0;     // of its blocks
+  std::uint64_t last_ = 0;    // where the last append began
+  std::uint64_t cached_ = 0;  // before it the system was told to keep nothing in memory
   std::atomic<std::uint64_t> bytes_{0};
 };
 

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <span>
 #include <string>
 
 #include "common/base/error.hpp"
+#include "common/base/file.hpp"
 
 namespace tessera {
 namespace {
@@ -42,6 +44,16 @@ class Files : public testing::Test {
 
   fs::path folder;
 };
+
+TEST_F(Files, WhatBypassesTheCacheIsWrittenWhateverItsAlignment) {
+  File file(folder / "bytes", O_RDWR | O_CREAT);
+  file.bypass_cache();
+  const std::string text = "neither a whole block nor aligned";
+  file.write_at(std::as_bytes(std::span(text)).subspan(1), 3);
+  std::string read(text.size() - 1, ' ');
+  file.read_at(std::as_writable_bytes(std::span(read)), 3);
+  EXPECT_EQ(read, text.substr(1));
+}
 
 TEST_F(Files, are_read_back_as_they_were_written_and_nothing_else_is_left) {
   const fs::path file = folder / "a.bin";

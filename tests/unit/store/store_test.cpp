@@ -4,6 +4,7 @@
 #include <atomic>
 #include <thread>
 
+#include "common/base/limits.hpp"
 #include "tests/unit/store/store_fixture.hpp"
 
 namespace tessera::server {
@@ -129,6 +130,21 @@ TEST_F(StoreTest, SegmentsAreClosedBySizeAndDeletedWithTheirLastJob) {
   EXPECT_EQ(store->journal_bytes(), on_disk);
   store->end_job(two);
   EXPECT_LE(segments().size(), 1);
+}
+
+TEST_F(StoreTest, AGroupOfAnySizeIsReadBackAndTheNextBeginsBehindIt) {
+  const auto store = open({.durable = true});
+  const JobId job = store->put_job(job_record());
+  for (const std::size_t size : {std::size_t{1}, std::size_t{4000}, 3 * limits::MiB}) {
+    const auto tile = static_cast<std::uint32_t>(size);
+    std::vector<std::vector<std::byte>> bytes;
+    std::vector<NewResult> group;
+    for (std::uint32_t pass = 0; pass < 3; ++pass) bytes.push_back(bytes_of({1, tile, pass}, size));
+    for (std::uint32_t pass = 0; pass < 3; ++pass)
+      group.push_back({info_of(job, {1, tile, pass}), "w", digest_of("a build"), bytes[pass]});
+    store->append_results(group);
+  }
+  expect_readable(*store, job, 9);
 }
 
 TEST_F(StoreTest, ASecondCoordinatorIsRefusedByTheFoldersName) {
