@@ -126,7 +126,7 @@ TEST(Client, render_with_a_worker_killed_once_still_makes_the_picture) {
   const pid_t worker = process_with("tessera-worker", mark);
   ASSERT_NE(worker, 0) << client.errors();
   kill(worker, SIGKILL);
-  EXPECT_EQ(client.wait(Seconds(120)), 0) << client.errors();
+  EXPECT_EQ(client.wait(Seconds(300)), 0) << client.errors();
   EXPECT_NE(client.errors().find("was killed by signal 9"), std::string::npos) << client.errors();
   EXPECT_TRUE(fs::exists(picture));
 }
