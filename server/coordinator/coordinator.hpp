@@ -51,6 +51,7 @@ struct CoordinatorCounters {
   std::uint64_t leases_granted = 0;
   std::uint64_t leases_revoked = 0;  ///< those that expired among them
   std::uint64_t leases_expired = 0;  ///< their workers made no progress for too long
+  std::uint64_t store_errors = 0;    ///< times that the disk refused results; they are tried again
   std::uint64_t workers_joined = 0;
   std::uint64_t workers_lost = 0;  ///< left without a word: died, fell silent, were dropped
 };
@@ -139,6 +140,8 @@ class Coordinator {
 
   /// Since the start.
   [[nodiscard]] virtual CoordinatorCounters counters() const = 0;
+  /// Why results cannot be made durable at present (a full disk); empty: they can.
+  [[nodiscard]] virtual std::string trouble() const = 0;
 
   // ---- listening ----
   /// Events of one job, or of all.

@@ -44,8 +44,11 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
     co_await on<char>(files_, write);
   } catch (const std::exception& error) {
     log::error("job {} frame {}: the picture could not be written: {}", id, frame, error.what());
+    known(id).trouble = error.what();
+    tell_job(id);
     co_return false;
   }
+  known(id).trouble.clear();
   known(id).files.insert(frame);
   films_.forget(id, frame);
   log::info("job {} frame {}: {}", id, frame, file.string());

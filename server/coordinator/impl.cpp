@@ -18,6 +18,7 @@ constexpr Duration frame_news_spacing = std::chrono::milliseconds(83);  // 12 a 
 constexpr Duration job_news_spacing = std::chrono::milliseconds(250);
 constexpr Duration tick_least = std::chrono::milliseconds(1);
 constexpr Duration held_step = std::chrono::milliseconds(20);
+constexpr Duration stood_still = std::chrono::seconds(1);
 constexpr std::size_t pictures_kept = 256 * limits::MiB;
 
 Instant now() { return std::chrono::steady_clock::now(); }
@@ -86,7 +87,8 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
                 [this](const ArrivedResult& result, const std::string& reason) {
                   ++counters_.rejected.tile;
                   result_invalid(result, reason);
-                }}) {}
+                },
+                [this](const std::string& reason) { results_refused(reason); }}) {}
 
 CoordinatorImpl::~CoordinatorImpl() {
   // After stop() there is nothing left to do. Without it this is as if the process had been killed:
@@ -177,8 +179,26 @@ boost::asio::awaitable<void> CoordinatorImpl::keep_time() {
     armed_ = std::max(next_deadline().value_or(Instant::max()), now() + tick_least);
     clock_.expires_at(armed_);
     co_await clock_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
-    if (!stopping_) tick();
+    if (stopping_) co_return;
+    if (armed_ != Instant::min() && now() - armed_ > stood_still) excuse_workers();
+    tick();
   }
+}
+
+void CoordinatorImpl::excuse_workers() {
+  log::warn("the coordinator stood still for {:.1f} s", seconds(now() - armed_));
+  for (const auto& [id, worker] : workers_) scheduler_.worker_heard(id, now());
+}
+
+void CoordinatorImpl::results_refused(const std::string& reason) {
+  if (!reason.empty()) {
+    ++counters_.store_errors;
+  } else {
+    log::info("results can be kept again");
+  }
+  refused_ = reason;
+  for (const auto& [id, job] : jobs_)
+    if (!job.ended) tell_job(id);
 }
 
 std::optional<Instant> CoordinatorImpl::next_deadline() const {
@@ -303,7 +323,10 @@ Job& CoordinatorImpl::known(JobId id) {
 }
 
 JobStatus CoordinatorImpl::status_of(const Job& job) const {
-  return job.status(scheduler_.job(job.record.id, now()), now());
+  JobStatus status = job.status(scheduler_.job(job.record.id, now()), now());
+  const std::string& trouble = refused_.empty() ? job.trouble : refused_;
+  if (!job.ended && !trouble.empty()) status.view.waiting_for = "the disk: " + trouble;
+  return status;
 }
 
 void CoordinatorImpl::tell_frames(const std::vector<FrameThrottle::Frame>& frames) {

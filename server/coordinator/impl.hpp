@@ -49,6 +49,7 @@ class CoordinatorImpl : public Coordinator {
 
   // ---- workers.cpp ----
   [[nodiscard]] CoordinatorCounters counters() const override { return counters_; }
+  [[nodiscard]] std::string trouble() const override { return refused_; }
   [[nodiscard]] std::vector<WorkerView> workers() const override;
   void drain_worker(WorkerId worker) override;
   void quarantine_worker(WorkerId worker, const std::string& reason) override;
@@ -79,6 +80,9 @@ class CoordinatorImpl : public Coordinator {
   /// Of jobs whose end was the last that an earlier run did for them; blocks.
   void forget_results_of_ended();
   boost::asio::awaitable<void> keep_time();
+  /// What was not heard while this process stood still was not silence.
+  void excuse_workers();
+  void results_refused(const std::string& reason);
   void tick();
   [[nodiscard]] std::optional<Instant> next_deadline() const;
   void wake_in_time();
@@ -160,6 +164,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::steady_timer clock_;
   Instant armed_ = Instant::max();
   CoordinatorCounters counters_;
+  std::string refused_;  ///< why the disk takes no results
   bool holding_ = false;
   bool stopping_ = false;
   boost::asio::thread_pool pool_;      ///< decodes and folds

@@ -25,6 +25,7 @@ struct Job {
   std::set<std::int32_t> files;                ///< frames whose final EXR is written
   std::optional<Digest> build;                 ///< of the workers that made the results
   std::optional<Instant> first_lease, last_fold;
+  std::string trouble;  ///< why its files cannot be written at present
   bool ending = false;  ///< the scheduler is done with it; files and state are being written
   bool ended = false;   ///< the end is durable
   bool broken = false;  ///< what was durable cannot be read back: it can only fail

@@ -14,10 +14,14 @@ ResultPipeline::ResultPipeline(boost::asio::any_io_executor io, boost::asio::thr
       lanes_(static_cast<std::size_t>(std::max(1, lanes))),
       crew_(crew),
       hooks_(std::move(hooks)),
-      writer_(std::move(append), [this](std::vector<ArrivedResult> group) {
-        auto held = std::make_shared<std::vector<ArrivedResult>>(std::move(group));
-        boost::asio::post(io_, [this, held] { hooks_.durable(std::move(*held)); });
-      }) {}
+      writer_(std::move(append),
+              {[this](std::vector<ArrivedResult> group) {
+                 auto held = std::make_shared<std::vector<ArrivedResult>>(std::move(group));
+                 boost::asio::post(io_, [this, held] { hooks_.durable(std::move(*held)); });
+               },
+               [this](const std::string& reason) {
+                 boost::asio::post(io_, [this, reason] { hooks_.refused(reason); });
+               }}) {}
 
 void ResultPipeline::arrived(ArrivedResult result, const image::TileExpectation& expected) {
   gathered_.emplace_back(std::move(result), expected);

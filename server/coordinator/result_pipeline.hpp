@@ -20,6 +20,8 @@ class ResultPipeline {
     std::function<void(std::vector<ArrivedResult>)> durable;
     /// On the I/O thread: the tile is not what its task asked for, and why.
     std::function<void(const ArrivedResult&, const std::string& reason)> invalid;
+    /// On the I/O thread: the disk refuses results, and why; empty once it takes them again.
+    std::function<void(const std::string& reason)> refused;
   };
 
   ResultPipeline(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes,

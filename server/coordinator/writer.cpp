@@ -7,10 +7,9 @@
 
 namespace tessera::server {
 
-Writer::Writer(AppendGroup append, std::function<void(std::vector<ArrivedResult>)> committed,
-               WriterSettings settings)
+Writer::Writer(AppendGroup append, Hooks hooks, WriterSettings settings)
     : append_(std::move(append)),
-      committed_(std::move(committed)),
+      hooks_(std::move(hooks)),
       settings_(settings),
       thread_([this] { loop(); }) {}
 
@@ -86,22 +85,46 @@ void Writer::loop() {
 
 void Writer::write(std::vector<ArrivedResult> group) {
   Duration wait = settings_.retry_first;
+  bool refused = false;
   for (;;) {
     try {
       const std::vector<ResultPlace> places = append_(group);
       for (std::size_t i = 0; i < group.size(); ++i) group[i].place = places[i];
-      committed_(std::move(group));
+      if (refused) hooks_.refused({});
+      hooks_.committed(std::move(group));
       return;
     } catch (const std::exception& error) {
       log::error("{} results could not be kept; trying again in {:.1f} s: {}", group.size(),
                  seconds(wait), error.what());
+      refused = true;
+      hooks_.refused(error.what());
     }
-    std::unique_lock lock(mutex_);
-    if (changed_.wait_for(lock, wait, [this] { return giving_up_; })) {
+    if (!pause(wait)) {
       log::warn("{} results are left to their workers: the disk refuses them", group.size());
       return;
     }
     wait = std::min(2 * wait, settings_.retry_most);
+  }
+}
+
+bool Writer::pause(Duration wait) {
+  const auto until = std::chrono::steady_clock::now() + wait;
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    auto work = queue_.end();
+    const bool woken = changed_.wait_until(lock, until, [&] {
+      work = std::find_if(queue_.begin(), queue_.end(), [](const Item& item) {
+        return std::holds_alternative<std::function<void()>>(item);
+      });
+      return giving_up_ || work != queue_.end();
+    });
+    if (giving_up_) return false;
+    if (!woken) return true;
+    const auto todo = std::move(std::get<std::function<void()>>(*work));
+    queue_.erase(work);
+    lock.unlock();
+    todo();
+    lock.lock();
   }
 }
 

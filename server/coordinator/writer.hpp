@@ -45,18 +45,23 @@ struct WriterSettings {
 
 class Writer {
  public:
-  /// `committed` is called on the writer's thread with each group once it is durable.
-  Writer(AppendGroup append, std::function<void(std::vector<ArrivedResult>)> committed,
-         WriterSettings settings = {});
+  /// Called on the writer's thread.
+  struct Hooks {
+    std::function<void(std::vector<ArrivedResult>)> committed;  ///< a group is durable
+    /// The disk refuses a group, and why; empty once it takes it.
+    std::function<void(const std::string& reason)> refused;
+  };
+  Writer(AppendGroup append, Hooks hooks, WriterSettings settings = {});
   /// stop().
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
   /// A group that cannot be made durable (a full disk) is tried again until it can, or stop():
-  /// nothing behind it overtakes it, and nothing of it is said to be durable.
+  /// no other group overtakes it, and nothing of it is said to be durable.
   void add(std::vector<ArrivedResult> results);
-  /// Runs `work` between groups, after what was added before it. It must not throw.
+  /// Runs `work` between groups, after what was added before it; while the disk refuses a group,
+  /// before it, so that people are answered. It must not throw.
   void run(std::function<void()> work);
   /// From here on a group that the disk refuses is dropped, unacknowledged: its workers keep it.
   void give_up();
@@ -70,9 +75,11 @@ class Writer {
   void loop();
   std::vector<ArrivedResult> gather();
   void write(std::vector<ArrivedResult> group);
+  /// Runs what is to be run meanwhile; false once it is to be given up.
+  bool pause(Duration wait);
 
   AppendGroup append_;
-  std::function<void(std::vector<ArrivedResult>)> committed_;
+  Hooks hooks_;
   WriterSettings settings_;
   std::mutex mutex_;
   std::condition_variable changed_;

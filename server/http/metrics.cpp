@@ -110,6 +110,8 @@ void write_counters(Writer& out, const CoordinatorCounters& counters) {
              counters.leases_revoked);
   out.single("leases_expired_total", "counter",
              "Leases whose worker made no progress for too long.", counters.leases_expired);
+  out.single("store_errors_total", "counter",
+             "Times that the disk refused results; they are tried again.", counters.store_errors);
   out.single("workers_joined_total", "counter", "Workers that connected and were welcomed.",
              counters.workers_joined);
   out.single("workers_lost_total", "counter", "Workers whose connection ended without a word.",

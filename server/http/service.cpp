@@ -46,6 +46,8 @@ HandlerResult show_health(Call&) {
 }
 
 HandlerResult show_ready(Call& call) {
+  if (const std::string trouble = call.api.coordinator.trouble(); !trouble.empty())
+    co_return problem(503, "results cannot be kept at present: " + trouble);
   Json body = Json::object();
   body["status"] = "ready";  // the port is opened when the coordinator is
   body["epoch"] = call.api.coordinator.epoch();

@@ -95,7 +95,7 @@ double peak_mib(pid_t pid) {
 void overhead(int pairs, int size, int samples) {
   const std::string film = std::to_string(size) + "x" + std::to_string(size);
   const std::string spp = std::to_string(samples);
-  const TempFolder folder;
+  const TemporaryFolder folder;
   for (const auto& [workers, threads] : {std::pair(2, 1), std::pair(1, 2)}) {
     std::vector<double> ratios;
     for (int pair = 0; pair < pairs; ++pair) {

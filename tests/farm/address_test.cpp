@@ -8,7 +8,7 @@ namespace tessera::farm_test {
 namespace {
 
 Outcome serve(std::vector<std::string> arguments) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   std::vector<std::string> all{(programs() / "tessera-server").string(), "--data",
                                (folder / "data").string()};
   all.insert(all.end(), arguments.begin(), arguments.end());
@@ -47,7 +47,7 @@ TEST(Address, a_data_folder_in_use_is_said) {
 }
 
 TEST(Address, with_a_token_workers_and_clients_must_show_it) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   const std::string token = "a-token-that-is-long-enough";
   Process server({(programs() / "tessera-server").string(), "--data", (folder / "data").string(),
                   "--http", "127.0.0.1:0", "--listen", "127.0.0.1:0", "--token", token},

@@ -118,7 +118,7 @@ TEST(BadScene, is_refused_with_its_place_and_harms_nothing) {
 
   for (const BadScene& bad : bad_scenes()) {
     SCOPED_TRACE(bad.name);
-    const TempFolder folder;
+    const TemporaryFolder folder;
     std::ofstream(folder / "scene.json") << bad.text;
     std::ofstream(folder / "broken.obj") << "v 0 0 0\nv 1 0 zero\nv 0 1 0\nf 1 2 9\n";
     std::vector<std::string> arguments{"submit", (folder / "scene.json").string()};

@@ -7,37 +7,23 @@
 #include <thread>
 
 #include "tests/farm/farm.hpp"
+#include "tests/farm/reference.hpp"
 #include "tests/farm/reordering_proxy.hpp"
 
 namespace tessera::farm_test {
 namespace {
 
-const std::string scene = "scenes/cornell.json";
+const PictureJob picture_job;
 
-/// 250×131 so that tiles end in remainders, 100 samples so that the plan does.
-std::vector<std::string> job_arguments(int tile = 64, int samples = 100, int seed = 0) {
-  return {"--size",    "250x131",
-          "--samples", std::to_string(samples),
-          "--tile",    std::to_string(tile),
-          "--seed",    std::to_string(seed)};
+std::vector<std::string> job_arguments(int tile = 64) {
+  PictureJob job;
+  job.tile = tile;
+  return arguments_of(job);
 }
 
-std::string scene_path() { return (sources() / scene).string(); }
+const image::ExrImage& reference() { return undisturbed(picture_job); }
 
-/// One worker, tiles of 64, nothing disturbed.
-const image::ExrImage& reference() {
-  static const image::ExrImage picture = [] {
-    Farm farm;
-    farm.add_worker();
-    return farm.finish(farm.submit(scene_path(), job_arguments()));
-  }();
-  return picture;
-}
-
-void expect_reference(const image::ExrImage& picture) {
-  const auto different = image::difference(reference(), picture);
-  EXPECT_FALSE(different.has_value()) << different.value_or("");
-}
+void expect_reference(const image::ExrImage& picture) { expect_undisturbed(picture_job, picture); }
 
 /// From now until the coordinator has given one of two workers up.
 double seconds_until_one_worker_is_left(const Farm& farm) {
@@ -90,7 +76,7 @@ TEST(Bits, are_the_same_when_results_arrive_the_slowest_pass_first) {
 TEST(Bits, are_not_the_same_with_another_seed) {
   Farm farm;
   farm.add_worker(2);
-  const auto other = farm.finish(farm.submit(scene_path(), job_arguments(64, 100, 1)));
+  const auto other = farm.finish(farm.submit(scene_path(), arguments_of({.seed = 1})));
   EXPECT_TRUE(image::difference(reference(), other).has_value());
 }
 

@@ -21,7 +21,8 @@ using nlohmann::json;
 std::string cornell() { return (sources() / "scenes/cornell.json").string(); }
 
 /// `tessera render` with all its temporary files below `folder`.
-std::vector<std::string> render_in(const TempFolder& folder, std::vector<std::string> arguments) {
+std::vector<std::string> render_in(const TemporaryFolder& folder,
+                                   std::vector<std::string> arguments) {
   std::vector<std::string> all{"/usr/bin/env", "TMPDIR=" + folder.path().string(),
                                (programs() / "tessera").string(), "render", cornell()};
   all.insert(all.end(), arguments.begin(), arguments.end());
@@ -62,7 +63,7 @@ bool becomes_true(const std::function<bool()>& holds, Seconds most) {
 }
 
 TEST(Client, render_interrupted_ends_soon_and_leaves_nothing) {
-  const TempFolder temporary, logs;
+  const TemporaryFolder temporary, logs;
   const std::string mark = (temporary.path() / "tessera-render-").string();
   const fs::path picture = logs / "picture.exr";
   Process client(render_in(temporary, {"--samples", "1000000", "--threads", "1", "--workers", "2",
@@ -84,7 +85,7 @@ TEST(Client, render_interrupted_ends_soon_and_leaves_nothing) {
 }
 
 TEST(Client, render_goes_on_when_a_worker_dies_and_gives_up_when_none_is_left) {
-  const TempFolder temporary, logs;
+  const TemporaryFolder temporary, logs;
   const std::string mark = (temporary.path() / "tessera-render-").string();
   Process client(render_in(temporary, {"--samples", "1000000", "--threads", "1", "--workers", "1",
                                        "-o", (logs / "picture.exr").string()}),
@@ -114,7 +115,7 @@ TEST(Client, render_goes_on_when_a_worker_dies_and_gives_up_when_none_is_left) {
 }
 
 TEST(Client, render_with_a_worker_killed_once_still_makes_the_picture) {
-  const TempFolder temporary, logs;
+  const TemporaryFolder temporary, logs;
   const std::string mark = (temporary.path() / "tessera-render-").string();
   const fs::path picture = logs / "picture.exr";
   Process client(render_in(temporary, {"--size", "64x64", "--samples", "2000", "--threads", "1",
@@ -132,7 +133,7 @@ TEST(Client, render_with_a_worker_killed_once_still_makes_the_picture) {
 }
 
 TEST(Client, what_a_killed_render_left_is_cleared_away_by_the_next) {
-  const TempFolder temporary, logs;
+  const TemporaryFolder temporary, logs;
   const std::string mark = (temporary.path() / "tessera-render-").string();
   Process killed(render_in(temporary, {"--samples", "1000000", "--threads", "1", "-o",
                                        (logs / "killed.exr").string()}),
@@ -149,7 +150,7 @@ TEST(Client, what_a_killed_render_left_is_cleared_away_by_the_next) {
 }
 
 TEST(Client, render_answers_with_one_object_and_its_progress_is_plain_lines) {
-  const TempFolder temporary;
+  const TemporaryFolder temporary;
   const fs::path picture = temporary / "picture.exr";
   const Outcome outcome =
       run(render_in(temporary, {"--size", "32x24", "--samples", "5", "--threads", "1", "--json",

@@ -11,15 +11,24 @@ namespace tessera::farm_test {
 
 using nlohmann::json;
 
-Farm::Farm() : server_({"/bin/true"}, folder_ / "none") {
-  start_server("127.0.0.1:0", "127.0.0.1:0");
+Farm::Farm(FarmSettings settings)
+    : settings_(std::move(settings)), server_({"/bin/true"}, folder_ / "none") {
+  if (settings_.data.empty()) settings_.data = folder_ / "data";
+  start_server();
+  await_server();
 }
 
-void Farm::start_server(const std::string& http, const std::string& listen) {
-  const std::string log = "server-" + std::to_string(++starts_);
-  server_ = Process({(programs() / "tessera-server").string(), "--data",
-                     (folder_ / "data").string(), "--http", http, "--listen", listen},
-                    folder_ / log);
+void Farm::start_server() {
+  std::vector<std::string> command = settings_.run_server;
+  for (const std::string& word :
+       {(programs() / "tessera-server").string(), std::string("--data"), settings_.data.string(),
+        std::string("--http"), http_, std::string("--listen"), listen_})
+    command.push_back(word);
+  command.insert(command.end(), settings_.flags.begin(), settings_.flags.end());
+  server_ = Process(std::move(command), folder_ / ("server-" + std::to_string(++starts_)));
+}
+
+void Farm::await_server() {
   const auto end = std::chrono::steady_clock::now() + Seconds(60);
   while (server_.output().find('\n') == std::string::npos) {
     if (!server_.running() || std::chrono::steady_clock::now() > end)
@@ -33,16 +42,36 @@ void Farm::start_server(const std::string& http, const std::string& listen) {
 
 void Farm::kill_and_restart_server() {
   server_.kill();
-  start_server(http_, listen_);
+  start_server();
+  await_server();
+}
+
+void Farm::kill_server_and_its_successor_after(Seconds wait) {
+  server_.kill();
+  start_server();
+  std::this_thread::sleep_for(wait);
+  kill_and_restart_server();
+}
+
+Process Farm::start_worker(std::size_t number) const {
+  const WorkerFlags& flags = worker_flags_.at(number);
+  const std::string name = "worker-" + std::to_string(number);
+  return Process(
+      {(programs() / "tessera-worker").string(), "--server",
+       flags.server.empty() ? listen_ : flags.server, "--threads", std::to_string(flags.threads),
+       "--name", name, "--cache", (folder_ / name).string()},
+      folder_ / name);
 }
 
 Process& Farm::add_worker(int threads, const std::string& server) {
-  const std::string name = "worker-" + std::to_string(workers_.size());
-  workers_.push_back(Process(
-      {(programs() / "tessera-worker").string(), "--server", server.empty() ? listen_ : server,
-       "--threads", std::to_string(threads), "--name", name, "--cache", (folder_ / name).string()},
-      folder_ / name));
+  worker_flags_.push_back({threads, server});
+  workers_.push_back(start_worker(workers_.size()));
   return workers_.back();
+}
+
+void Farm::kill_and_restart_worker(std::size_t number) {
+  workers_.at(number).kill();
+  workers_.at(number) = start_worker(number);
 }
 
 Outcome Farm::tessera(std::vector<std::string> arguments, Seconds most) const {
@@ -63,13 +92,34 @@ std::string Farm::submit(const std::string& scene, std::vector<std::string> argu
 
 json Farm::job(const std::string& id) const { return get("/v1/jobs/" + id); }
 
-json Farm::get(const std::string& route) const {
+std::string Farm::ask(const std::string& method, const std::string& route,
+                      const std::string& body) const {
   const Line line(http_);
-  line.send("GET " + route + " HTTP/1.1\r\nHost: " + http_ + "\r\nConnection: close\r\n\r\n");
+  std::string request =
+      method + " " + route + " HTTP/1.1\r\nHost: " + http_ + "\r\nConnection: close\r\n";
+  if (!body.empty())
+    request +=
+        "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
+  line.send(request + "\r\n" + body);
   const std::string answer = line.receive_all(Seconds(10));
-  const std::size_t body = answer.find("\r\n\r\n");
-  if (body == std::string::npos) return nullptr;
-  return json::parse(answer.substr(body + 4), nullptr, false);
+  const std::size_t head = answer.find("\r\n\r\n");
+  return head == std::string::npos ? std::string() : answer.substr(head + 4);
+}
+
+json Farm::get(const std::string& route) const {
+  const std::string body = ask("GET", route, {});
+  return body.empty() ? json() : json::parse(body, nullptr, false);
+}
+
+json Farm::send(const std::string& method, const std::string& route, const json& body) const {
+  const std::string answer = ask(method, route, body.dump());
+  return answer.empty() ? json() : json::parse(answer, nullptr, false);
+}
+
+double Farm::metric(const std::string& name) const {
+  const std::string text = ask("GET", "/metrics", {});
+  const std::size_t at = text.find("\n" + name + " ");
+  return at == std::string::npos ? -1 : std::stod(text.substr(at + name.size() + 2));
 }
 
 bool Farm::wait_for_progress(const std::string& id, double progress, Seconds most) const {
@@ -100,6 +150,20 @@ image::ExrImage Farm::finish(const std::string& id, Seconds most) {
   const Outcome fetched = tessera({"fetch", id, "-o", file.string()});
   EXPECT_EQ(fetched.code, 0) << fetched.errors << logs();
   return fetched.code == 0 ? image::read_exr_file(file) : image::ExrImage{};
+}
+
+image::ExrImage Farm::finish_quickly(const std::string& id, Seconds most) const {
+  const auto end = std::chrono::steady_clock::now() + most;
+  std::string state;
+  while (std::chrono::steady_clock::now() < end) {
+    const json now = job(id);
+    state = now.is_object() ? now.value("state", "") : "";
+    if (state == "done" || state == "failed" || state == "cancelled") break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(state, "done") << "job " << id << logs();
+  const auto file = settings_.data / "jobs" / id / "frame-0001.exr";
+  return state == "done" ? image::read_exr_file(file) : image::ExrImage{};
 }
 
 std::string Farm::logs() const {

@@ -16,17 +16,6 @@ namespace tessera::farm_test {
 
 namespace fs = std::filesystem;
 
-TempFolder::TempFolder() {
-  std::string form = (fs::temp_directory_path() / "tessera-test.XXXXXX").string();
-  if (mkdtemp(form.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = form;
-}
-
-TempFolder::~TempFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 namespace {
 int open_log(const fs::path& file) {
   return ::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
@@ -114,7 +103,7 @@ std::string Process::output() const { return read_text(log_.string() + ".out"); 
 std::string Process::errors() const { return read_text(log_.string() + ".err"); }
 
 Outcome run(std::vector<std::string> arguments, Seconds most) {
-  const TempFolder folder;
+  const TemporaryFolder folder;
   Process process(std::move(arguments), folder / "log");
   if (!process.wait(most)) process.kill();
   return {*process.wait(Seconds(0)), process.output(), process.errors()};

@@ -7,24 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.hpp"
+
 /// Real processes for tests: started, signalled, waited for; never left behind.
 namespace tessera::farm_test {
 
 using Seconds = std::chrono::duration<double>;
-
-/// A folder of its own that is removed with all that is in it.
-class TempFolder {
- public:
-  TempFolder();
-  ~TempFolder();
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// A child process whose output goes to files. Destroyed, it is killed and waited for.
 class Process {

@@ -75,7 +75,7 @@ TEST(Wedge, renders_every_combination_as_a_job_and_says_which_picture_is_which) 
 }
 
 TEST(Wedge, on_a_farm_of_its_own_edits_the_scene_and_leaves_its_pictures_alone) {
-  const TempFolder temporary;
+  const TemporaryFolder temporary;
   const fs::path sheet = temporary / "fov.png";
   std::vector<std::string> all{"/usr/bin/env", "TMPDIR=" + temporary.path().string(),
                                (programs() / "tessera").string()};

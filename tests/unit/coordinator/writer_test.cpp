@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <thread>
 
 #include "common/base/error.hpp"
 #include "server/coordinator/budget.hpp"
@@ -33,6 +34,10 @@ struct FakeStore {
     for (const ArrivedResult& one : group) places.push_back({1, one.info.lease.number, 1});
     return places;
   }
+  bool called(int times) {
+    const std::lock_guard lock(mutex);
+    return calls >= times;
+  }
   std::mutex mutex;
   std::vector<std::size_t> sizes;
   int failures = 0;
@@ -44,16 +49,18 @@ class WriterTest : public testing::Test {
   std::unique_ptr<Writer> writer(WriterSettings settings) {
     return std::make_unique<Writer>(
         [this](std::vector<ArrivedResult>& group) { return store.append(group); },
-        [this](std::vector<ArrivedResult> group) {
-          for (const ArrivedResult& one : group) {
-            EXPECT_EQ(one.place.offset, one.info.lease.number);
-            order.push_back(one.info.lease.number);
-          }
-        },
+        Writer::Hooks{[this](std::vector<ArrivedResult> group) {
+                        for (const ArrivedResult& one : group) {
+                          EXPECT_EQ(one.place.offset, one.info.lease.number);
+                          order.push_back(one.info.lease.number);
+                        }
+                      },
+                      [this](const std::string& reason) { refusals.push_back(reason); }},
         settings);
   }
   FakeStore store;
   std::vector<std::uint64_t> order;  ///< as committed; read after stop()
+  std::vector<std::string> refusals;
 };
 
 TEST_F(WriterTest, WhatWaitsIsMadeDurableInGroupsOfAtMostTheLimit) {
@@ -106,12 +113,26 @@ TEST_F(WriterTest, GroupThatTheDiskRefusesIsTriedUntilItIsTaken) {
   std::vector<ArrivedResult> one;
   one.push_back(result(1));
   under_test->add(std::move(one));
-  std::promise<void> behind;
-  under_test->run([&] { behind.set_value(); });
-  behind.get_future().wait();
-  EXPECT_EQ(store.calls, 4);
+  while (!store.called(4)) std::this_thread::sleep_for(milliseconds(1));
   under_test->stop();
   EXPECT_EQ(order, std::vector<std::uint64_t>{1});
+  const std::string full = "no space left on device";
+  EXPECT_EQ(refusals, (std::vector<std::string>{full, full, full, ""}));
+}
+
+TEST_F(WriterTest, WorkIsNotHeldUpByGroupThatTheDiskRefuses) {
+  store.failures = 1;
+  WriterSettings settings;
+  settings.retry_first = std::chrono::hours(1);
+  const auto under_test = writer(settings);
+  std::vector<ArrivedResult> one;
+  one.push_back(result(1));
+  under_test->add(std::move(one));
+  while (!store.called(1)) std::this_thread::sleep_for(milliseconds(1));
+  std::promise<void> done;
+  under_test->run([&] { done.set_value(); });
+  done.get_future().wait();
+  EXPECT_TRUE(order.empty());
 }
 
 TEST_F(WriterTest, StopLeavesWhatIsRefusedUnacknowledgedAndFinishesTheRest) {

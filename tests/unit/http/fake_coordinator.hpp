@@ -72,6 +72,7 @@ class FakeCoordinator : public Coordinator {
     add(id, "queued", job);
     co_return id;
   }
+  [[nodiscard]] std::string trouble() const override { return {}; }
   [[nodiscard]] CoordinatorCounters counters() const override { return counted; }
   [[nodiscard]] std::vector<JobStatus> jobs() const override {
     std::vector<JobStatus> out;

@@ -1,0 +1,98 @@
+// A disk that becomes full under the coordinator, and has room again.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/farm/farm.hpp"
+#include "tests/farm/reference.hpp"
+#include "tests/farm/small_disk.hpp"
+
+namespace tessera::farm_test {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t disk_bytes = 48UL << 20U;
+const std::string no_room = "No space left on device";
+
+bool says(const json& value, const std::string& what) {
+  return value.is_string() && value.get<std::string>().find(what) != std::string::npos;
+}
+
+FarmSettings on(const SmallDisk& disk) {
+  return {.data = disk.folder() / "data", .run_server = disk.inside(), .flags = {}};
+}
+
+/// Until the job says what it waits for; false after 20 s.
+bool wait_for_reason(const Farm& farm, const std::string& id, const std::string& reason) {
+  const auto end = std::chrono::steady_clock::now() + Seconds(20);
+  while (std::chrono::steady_clock::now() < end) {
+    if (says(farm.job(id).at("waiting_for"), reason)) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+TEST(FullDisk, holds_a_job_up_with_the_reason_and_lets_it_go_on_when_there_is_room) {
+  const PictureJob picture{.tile = 32};
+  const SmallDisk disk(disk_bytes);
+  Farm farm(on(disk));
+  farm.add_worker();
+  farm.add_worker();
+  const std::string id = farm.submit(scene_path(), arguments_of(picture));
+  ASSERT_TRUE(farm.wait_for_progress(id, 0.1)) << farm.logs();
+  disk.fill();
+  ASSERT_LT(farm.job(id).value("progress", 1.0), 1.0) << "too late to disturb";
+  EXPECT_TRUE(wait_for_reason(farm, id, no_room)) << farm.job(id) << farm.logs();
+  EXPECT_TRUE(says(farm.get("/readyz").at("detail"), no_room)) << farm.get("/readyz");
+  EXPECT_NE(farm.server().errors().find(no_room), std::string::npos) << farm.logs();
+
+  const json held = farm.job(id);
+  EXPECT_EQ(held.at("state"), "rendering");
+  const Outcome fetched =
+      farm.tessera({"fetch", id, "-o", (farm.folder() / "so-far.exr").string()});
+  EXPECT_EQ(fetched.code, 0) << "what was acknowledged is there to see: " << fetched.errors;
+  std::this_thread::sleep_for(Seconds(1));
+  EXPECT_EQ(farm.job(id).at("tasks_done"), held.at("tasks_done"));
+
+  disk.make_room();
+  expect_undisturbed(picture, farm.finish(id));
+  EXPECT_TRUE(farm.job(id).at("waiting_for").is_null());
+  EXPECT_EQ(farm.get("/readyz").at("status"), "ready");
+}
+
+TEST(FullDisk,
+     loses_nothing_that_was_acknowledged_when_the_coordinator_is_killed_and_started_on_it) {
+  const PictureJob picture{.tile = 32};
+  const SmallDisk disk(disk_bytes);
+  Farm farm(on(disk));
+  farm.add_worker();
+  const std::string id = farm.submit(scene_path(), arguments_of(picture));
+  ASSERT_TRUE(farm.wait_for_progress(id, 0.1)) << farm.logs();
+  disk.fill();
+  ASSERT_TRUE(wait_for_reason(farm, id, no_room)) << farm.logs();
+  const json before = farm.job(id);
+
+  // The database may have room where the journal has none.
+  const json answer = farm.send("POST", "/v1/jobs", before.at("spec"));
+  const bool taken = answer.contains("id");
+  EXPECT_TRUE(taken || says(answer.at("detail"), "full")) << answer;
+
+  try {
+    farm.kill_and_restart_server();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("full"), std::string::npos) << error.what();
+  }
+  disk.make_room();
+  farm.kill_and_restart_server();
+  if (taken) {
+    EXPECT_EQ(farm.job(std::to_string(answer.at("id").get<int>())).at("spec"), answer.at("spec"));
+    farm.tessera({"cancel", std::to_string(answer.at("id").get<int>())});
+  }
+  EXPECT_GE(farm.job(id).at("tasks_done").get<int>(), before.at("tasks_done").get<int>());
+  expect_undisturbed(picture, farm.finish(id));
+}
+
+}  // namespace
+}  // namespace tessera::farm_test
