@@ -12,8 +12,10 @@ PassPlan::PassPlan(std::int64_t samples, int pass_most) {
   while (end < samples) {
     const std::int64_t fourfold = end == 0 ? 1 : 4 * end;
     const bool grows = fourfold <= geometric_end && fourfold - end <= pass_most;
-    end = std::min(samples, grows ? fourfold : end + pass_most);
+    const std::int64_t by_rule = grows ? fourfold : end + pass_most;
+    end = std::min(samples, by_rule);
     ends_.push_back(end);
+    if (end == by_rule) ++regular_;
   }
 }
 

@@ -24,6 +24,9 @@ class PassPlan {
 
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(ends_.size()); }
   [[nodiscard]] SampleRange pass(std::uint32_t index) const;
+  /// Passes that are the same in every plan of more samples: all, but for a last one that ends
+  /// where the samples end and not where the rule would have it end.
+  [[nodiscard]] std::uint32_t regular() const { return regular_; }
   [[nodiscard]] std::int64_t samples() const { return ends_.empty() ? 0 : ends_.back(); }
   /// True if AOVs travel with this pass: it ends at or before aov_samples; the first pass always
   /// brings them.
@@ -31,6 +34,7 @@ class PassPlan {
 
  private:
   std::vector<std::int64_t> ends_;
+  std::uint32_t regular_ = 0;
 };
 
 }  // namespace tessera

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view job_columns =
     "id, spec, state, priority, created, started, finished, error, render_seconds, rays, "
-    "rejected_samples, shares, cpu_seconds";
+    "rejected_samples, shares, cpu_seconds, extended_from";
 
 Database opened(const std::filesystem::path& file, bool durable, const char* vfs) {
   Database database(file, Database::Mode::read_write, vfs);
@@ -42,6 +42,8 @@ JobRecord job_from(const Statement& row, const std::filesystem::path& name) {
     job.shares.push_back({share.at(0).get<std::string>(), share.at(1).get<std::int64_t>()});
   }
   job.cpu_seconds = row.number(column++);
+  job.extended_from =
+      parse_json(row.text(column++), name.string()).get<std::vector<std::int64_t>>();
   return job;
 }
 

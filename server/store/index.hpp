@@ -42,7 +42,22 @@ class Index {
   /// Segments that hold results, and how long each must be.
   [[nodiscard]] std::map<std::uint64_t, std::uint64_t> segments() const;
 
+  // ---- checkpoint_index.cpp ----
+  /// In one transaction: the checkpoint counts, and what it holds are no results any more. The
+  /// number of the one that it takes the place of.
+  std::optional<std::uint64_t> put_checkpoint(const Checkpoint& checkpoint);
+  [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
+  [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
+  /// Files by number, and how long each must be.
+  [[nodiscard]] std::map<std::uint64_t, std::uint64_t> checkpoint_files() const;
+  [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
+  /// In one transaction: the record, its spec too; results from pass `passes` on are gone.
+  void extend_job(const JobRecord& record, std::uint32_t passes);
+  /// … and their tallies.
+  void forget_checkpoints(JobId job);
+
  private:
+  void drop_unused_segments(JobId job);
   std::int64_t worker_row(const NewResult& result);
   void bind_and_run_job(Statement& statement, const JobRecord& record, std::int64_t id);
 

@@ -65,8 +65,47 @@ struct IndexedResult {
   Digest worker_build;
 };
 
-/// A job as it is kept. Everything but id and spec may change; the state's words are those of
-/// JobView.
+/// A tile of a checkpoint: which passes are folded into it, [0, passes), and where its record
+/// stands in the checkpoint's file.
+struct CheckpointTile {
+  std::uint32_t tile = 0;
+  std::uint32_t passes = 0;
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0;  ///< of the whole record, bytes
+  bool operator==(const CheckpointTile&) const = default;
+};
+
+/// A frame's film as it was written whole, to a file of its own. Tiles into which nothing was
+/// folded are left out.
+struct Checkpoint {
+  JobId job = 0;
+  std::int32_t frame = 0;
+  std::uint64_t number = 0;           ///< names the file; never given twice
+  std::uint64_t bytes = 0;            ///< of the file
+  std::vector<CheckpointTile> tiles;  ///< ascending by tile
+  bool operator==(const Checkpoint&) const = default;
+};
+
+/// Where one tile of a checkpoint is read from.
+struct CheckpointPlace {
+  std::uint64_t number = 0;
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0;
+  bool operator==(const CheckpointPlace&) const = default;
+};
+
+/// What one worker's results came to, those that left the index for a checkpoint.
+struct Tally {
+  std::string worker_name;
+  Digest worker_build;
+  std::int64_t samples = 0;
+  std::int64_t rays = 0;
+  std::int64_t rejected = 0;
+  double cpu_seconds = 0;
+};
+
+/// A job as it is kept. Everything but id and spec may change, and of the spec the samples; the
+/// state's words are those of JobView.
 struct JobRecord {
   JobId id = 0;
   JobSpec spec;
@@ -83,7 +122,8 @@ struct JobRecord {
     std::int64_t samples = 0;
     bool operator==(const Share&) const = default;
   };
-  std::vector<Share> shares;  ///< kept for when the results themselves are forgotten
+  std::vector<Share> shares;                ///< kept for when the results themselves are forgotten
+  std::vector<std::int64_t> extended_from;  ///< samples it had before it was extended, oldest first
 };
 
 }  // namespace tessera::server

@@ -11,7 +11,7 @@ constexpr int application_id = 0x54535241;  // "TSRA"
 
 // Step i brings version i to version i + 1. What has been released is never changed: a new version
 // is a new step.
-constexpr std::array<const char*, 2> steps{R"sql(
+constexpr std::array<const char*, 3> steps{R"sql(
   CREATE TABLE meta(key TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
   INSERT INTO meta VALUES('epoch', 0);
 
@@ -49,6 +49,26 @@ constexpr std::array<const char*, 2> steps{R"sql(
   -- CPU time of the threads that rendered.
   ALTER TABLE jobs ADD COLUMN cpu_seconds REAL NOT NULL DEFAULT 0;
   ALTER TABLE results ADD COLUMN cpu_seconds REAL NOT NULL DEFAULT 0;
+)sql",
+                                           R"sql(
+  -- Samples that the job had before it was extended, oldest first, as JSON.
+  ALTER TABLE jobs ADD COLUMN extended_from TEXT NOT NULL DEFAULT '[]';
+
+  -- A frame's film, whole, in the file of that number: there once its row is.
+  CREATE TABLE checkpoints(
+    job INTEGER NOT NULL, frame INTEGER NOT NULL, number INTEGER NOT NULL UNIQUE, bytes INTEGER NOT NULL,
+    PRIMARY KEY(job, frame)) WITHOUT ROWID;
+  CREATE TABLE checkpoint_tiles(
+    job INTEGER NOT NULL, frame INTEGER NOT NULL, tile INTEGER NOT NULL,
+    passes INTEGER NOT NULL,         -- folded in: [0, passes)
+    offset INTEGER NOT NULL, length INTEGER NOT NULL,
+    PRIMARY KEY(job, frame, tile)) WITHOUT ROWID;
+
+  -- What results came to that a checkpoint holds: their own rows are gone.
+  CREATE TABLE tallies(
+    job INTEGER NOT NULL, worker INTEGER NOT NULL,
+    samples INTEGER NOT NULL, rays INTEGER NOT NULL, rejected INTEGER NOT NULL, cpu_seconds REAL NOT NULL,
+    PRIMARY KEY(job, worker)) WITHOUT ROWID;
 )sql"};
 
 }  // namespace

@@ -16,6 +16,7 @@ namespace {
 std::unique_ptr<DiskFile> held(Disk& disk, const std::filesystem::path& folder, bool durable) {
   make_folders(disk, folder, durable);
   make_folders(disk, folder / "journal", durable);
+  make_folders(disk, folder / "checkpoints", durable);
   const std::filesystem::path file = folder / "lock";
   auto lock = disk.hold(file);
   if (!lock) {
@@ -48,7 +49,8 @@ struct Store::State {
         disk(settings.disk),
         lock(held(*disk, where, settings.durable)),
         index(where / "tessera.db", settings.durable, disk->sqlite_vfs()),
-        journal(*disk, where / "journal", settings.durable, settings.segment_bytes) {}
+        journal(*disk, where / "journal", settings.durable, settings.segment_bytes),
+        checkpoints(*disk, where / "checkpoints", settings.durable) {}
 
   void check_segments() const {
     const auto present = journal.segments();
@@ -58,6 +60,21 @@ struct Store::State {
                     fmt::format("{} is lacking or too short: {} bytes of results are indexed in it",
                                 journal.path_of(segment).string(), ends));
       }
+    }
+  }
+  void check_checkpoints() const {
+    for (const auto& [number, bytes] : index.checkpoint_files()) {
+      if (checkpoints.size_of(number) < bytes) {
+        throw Error(ErrorKind::failed, fmt::format("{} is lacking or too short: it had {} bytes",
+                                                   checkpoints.path_of(number).string(), bytes));
+      }
+    }
+  }
+  /// Not of one that is being written: at a start, or by number.
+  void remove_dead_checkpoints() {
+    const auto needed = index.checkpoint_files();
+    for (const std::uint64_t number : checkpoints.numbers()) {
+      if (!needed.contains(number)) checkpoints.remove(number);
     }
   }
   void remove_dead_segments() {
@@ -72,6 +89,7 @@ struct Store::State {
   std::unique_ptr<DiskFile> lock;
   Index index;
   Journal journal;
+  CheckpointFiles checkpoints;
   std::array<std::uint8_t, 16> key{};
   std::uint64_t epoch = 0;
 };
@@ -83,7 +101,9 @@ std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
                                    const StoreSettings& settings) {
   auto state = std::make_unique<State>(folder, settings);
   state->check_segments();
+  state->check_checkpoints();
   state->remove_dead_segments();
+  state->remove_dead_checkpoints();
   state->key = key_from(state->index.grant_key());
   state->epoch = state->index.next_epoch();
   if (settings.durable) state->disk->sync_folder(folder);  // the database's name in it
@@ -130,11 +150,49 @@ StoredResult Store::read_result(const ResultPlace& place) const {
   return state_->journal.read(place);
 }
 
-void Store::end_job(JobId job) {
+void Store::extend_job(const JobRecord& record, std::uint32_t passes) {
+  state_->index.extend_job(record, passes);
+  state_->remove_dead_segments();
+}
+
+void Store::forget_results(JobId job) {
   state_->index.forget_results(job);
   state_->remove_dead_segments();
 }
 
+void Store::end_job(JobId job) {
+  const std::vector<Checkpoint> held = state_->index.checkpoints_of(job);
+  state_->index.forget_results(job);
+  state_->index.forget_checkpoints(job);
+  for (const Checkpoint& checkpoint : held) state_->checkpoints.remove(checkpoint.number);
+  state_->remove_dead_segments();
+}
+
+std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_t frame) const {
+  return state_->checkpoints.begin(job, frame);
+}
+
+void Store::put_checkpoint(const Checkpoint& checkpoint) {
+  const auto before = state_->index.put_checkpoint(checkpoint);
+  if (before) state_->checkpoints.remove(*before);
+  state_->remove_dead_segments();
+}
+
+std::optional<Checkpoint> Store::checkpoint_of(JobId job, std::int32_t frame) const {
+  return state_->index.checkpoint_of(job, frame);
+}
+
+std::vector<Checkpoint> Store::checkpoints_of(JobId job) const {
+  return state_->index.checkpoints_of(job);
+}
+
+std::vector<std::byte> Store::read_checkpoint(const CheckpointPlace& place) const {
+  return state_->checkpoints.read(place);
+}
+
+std::vector<Tally> Store::tallies_of(JobId job) const { return state_->index.tallies_of(job); }
+
 std::uint64_t Store::journal_bytes() const { return state_->journal.bytes(); }
+std::uint64_t Store::checkpoint_bytes() const { return state_->checkpoints.bytes(); }
 
 }  // namespace tessera::server

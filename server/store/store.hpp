@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/limits.hpp"
+#include "server/store/checkpoint_files.hpp"
 #include "server/store/disk.hpp"
 #include "server/store/records.hpp"
 
@@ -51,8 +52,11 @@ class Store {
   // ---- jobs: durable on return ----
   /// Keeps a new job and gives it its id; `record.id` is ignored.
   JobId put_job(const JobRecord& record);
-  /// Replaces all but id and spec. Throws Error{not_found}.
+  /// Replaces all but id, spec and extended_from. Throws Error{not_found}.
   void update_job(const JobRecord& record);
+  /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
+  /// more. Throws Error{not_found}.
+  void extend_job(const JobRecord& record, std::uint32_t passes);
   /// All jobs by id.
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 
@@ -72,11 +76,30 @@ class Store {
   /// Jobs that have results, or had some since their last end_job.
   [[nodiscard]] std::vector<JobId> jobs_with_results() const;
   /// The job's results are needed no more: they leave the index, and segments that hold nothing
-  /// else are deleted. The job's record stays.
+  /// else are deleted. Checkpoints and the job's record stay.
+  void forget_results(JobId job);
+  /// … and checkpoints neither.
   void end_job(JobId job);
 
-  /// Bytes of the journal on disk.
+  // ---- checkpoints ----
+  /// A file that nothing knows of until put_checkpoint; any thread.
+  [[nodiscard]] std::unique_ptr<CheckpointWriter> begin_checkpoint(JobId job,
+                                                                   std::int32_t frame) const;
+  /// Durable on return: the checkpoint takes the place of the frame's earlier one, whose file is
+  /// deleted, and of the results that it holds, which are counted by worker in the job's tallies
+  /// and leave the index. Nobody may be reading either of them. Throws Error{failed} if it holds
+  /// less of a tile than the earlier one.
+  void put_checkpoint(const Checkpoint& checkpoint);
+  [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
+  /// By frame.
+  [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
+  /// One tile's content, checked against its CRC. Throws Error{failed} if it is damaged or gone.
+  [[nodiscard]] std::vector<std::byte> read_checkpoint(const CheckpointPlace& place) const;
+  [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
+
+  /// Bytes of the journal on disk, and of all checkpoints.
   [[nodiscard]] std::uint64_t journal_bytes() const;
+  [[nodiscard]] std::uint64_t checkpoint_bytes() const;
 
  private:
   struct State;

@@ -54,6 +54,22 @@ TEST(PassPlan, for_more_samples_changes_in_its_last_pass_alone) {
   }
 }
 
+TEST(PassPlan, counts_the_passes_that_every_plan_of_more_samples_has_as_well) {
+  EXPECT_EQ(PassPlan(1, 256).regular(), 1U);
+  EXPECT_EQ(PassPlan(20, 256).regular(), 3U);
+  EXPECT_EQ(PassPlan(64, 256).regular(), 4U);
+  EXPECT_EQ(PassPlan(100, 256).regular(), 4U);
+  EXPECT_EQ(PassPlan(256, 256).regular(), 5U);
+  EXPECT_EQ(PassPlan(300, 256).regular(), 5U);
+  EXPECT_EQ(PassPlan(50, 16).regular(), 5U);
+  for (std::int64_t samples = 1; samples < 600; ++samples) {
+    const PassPlan less(samples, 64), more(samples + 1, 64);
+    for (std::uint32_t i = 0; i < less.regular(); ++i) ASSERT_EQ(less.pass(i), more.pass(i));
+    if (less.regular() == less.count()) continue;
+    ASSERT_NE(less.pass(less.regular()), more.pass(less.regular())) << samples;
+  }
+}
+
 TEST(PassPlan, brings_AOVs_with_the_passes_that_end_in_time_and_always_with_the_first) {
   const PassPlan plan(100, 256);
   EXPECT_TRUE(plan.has_aovs(0, 1));
