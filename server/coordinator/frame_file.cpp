@@ -72,6 +72,12 @@ std::set<std::int32_t> frames_on_disk(const fs::path& data, JobId job, Disk& dis
   return frames;
 }
 
+void settle_frames(const fs::path& data, JobId job, Disk& disk) {
+  if (frames_on_disk(data, job, disk).empty()) return;
+  const fs::path folder = job_folder(data, job);
+  for (const fs::path& each : {folder, folder.parent_path(), data}) disk.sync_folder(each);
+}
+
 void write_whole(const fs::path& file, bool durable, const WriteContent& write) {
   write_whole(*system_disk(), file, durable, [&](DiskFile& out) {
     FileSink sink(out);

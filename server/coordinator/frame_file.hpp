@@ -22,6 +22,10 @@ std::filesystem::path frame_path(const std::filesystem::path& data, JobId job, s
 std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job,
                                       Disk& disk = *system_disk());
 
+/// Makes their names certain: a killed coordinator may have given a file its name without a sync.
+/// To be called before anything is let go because the files are there.
+void settle_frames(const std::filesystem::path& data, JobId job, Disk& disk = *system_disk());
+
 using WriteContent = std::function<void(image::ByteSink&)>;
 /// server/store/whole_file.hpp says what it promises.
 void write_whole(const std::filesystem::path& file, bool durable, const WriteContent& write);

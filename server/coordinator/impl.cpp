@@ -124,6 +124,7 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
   job.files = frames_on_disk(settings_.data, record.id);
   if (job.ended) return;
+  if (settings_.durable) settle_frames(settings_.data, record.id);
   Actions actions = scheduler_.add_job(record.id, job.plan, now());
   std::map<std::int32_t, FrameFilm*> films;
   store_->results_of(record.id, [&](const IndexedResult& result) {

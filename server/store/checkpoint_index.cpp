@@ -52,6 +52,7 @@ void Index::drop_unused_segments(JobId job) {
           "DELETE FROM segments WHERE job = ?1 AND segment NOT IN (SELECT segment FROM results "
           "WHERE job = ?1)")
       .run(job);
+  supersede_failed_commits();
 }
 
 std::optional<std::uint64_t> Index::put_checkpoint(const Checkpoint& checkpoint) {
@@ -148,11 +149,9 @@ void Index::extend_job(const JobRecord& record, std::uint32_t passes) {
   transaction.commit();
 }
 
-void Index::forget_checkpoints(JobId job) {
-  Transaction transaction(writer_);
+void Index::delete_checkpoints(JobId job) {
   for (const char* table : {"checkpoints", "checkpoint_tiles", "tallies"})
     writer_.prepare(fmt::format("DELETE FROM {} WHERE job = ?1", table)).run(job);
-  transaction.commit();
 }
 
 }  // namespace tessera::server

@@ -9,6 +9,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/file.hpp"
+#include "common/base/limits.hpp"
 
 namespace tessera::server {
 
@@ -49,6 +50,9 @@ class SystemDisk : public Disk {
  public:
   std::unique_ptr<DiskFile> create(const fs::path& file) override {
     return std::make_unique<SystemFile>(File(file, O_RDWR | O_CREAT | O_EXCL, owner_only));
+  }
+  std::unique_ptr<DiskFile> edit(const fs::path& file) override {
+    return std::make_unique<SystemFile>(File(file, O_RDWR));
   }
   [[nodiscard]] std::unique_ptr<DiskFile> open(const fs::path& file) const override {
     return std::make_unique<SystemFile>(File(file, O_RDONLY));
@@ -103,6 +107,25 @@ void DiskFile::write_at(std::span<const std::byte> bytes, std::uint64_t offset) 
 std::shared_ptr<Disk> system_disk() {
   static const auto disk = std::make_shared<SystemDisk>();
   return disk;
+}
+
+void settle(Disk& disk, const fs::path& file) {
+  std::unique_ptr<DiskFile> found;
+  try {
+    found = disk.edit(file);
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::not_found) return;
+    throw;
+  }
+  const std::uint64_t size = found->size();
+  std::vector<std::byte> bytes(std::min<std::uint64_t>(size, limits::MiB));
+  for (std::uint64_t at = 0; at < size; at += bytes.size()) {
+    const auto piece = std::span(bytes).first(
+        static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), size - at)));
+    found->read_at(piece, at);
+    found->write_at(piece, at);
+  }
+  found->sync();
 }
 
 void make_folders(Disk& disk, const fs::path& folder, bool durable) {

@@ -42,6 +42,8 @@ class Disk {
   virtual ~Disk() = default;
   /// An empty file, open to read and write; an error if the name is taken.
   virtual std::unique_ptr<DiskFile> create(const std::filesystem::path& file) = 0;
+  /// One that is there, to read and write.
+  virtual std::unique_ptr<DiskFile> edit(const std::filesystem::path& file) = 0;
   /// To read alone.
   [[nodiscard]] virtual std::unique_ptr<DiskFile> open(const std::filesystem::path& file) const = 0;
   /// The file, made if it is not there, held until it is closed or the process dies; nullptr if
@@ -63,6 +65,10 @@ class Disk {
 
 /// The machine's.
 std::shared_ptr<Disk> system_disk();
+
+/// Makes what can be read of the file certain, if it is there: also where a sync of it had failed,
+/// after which the system still shows what it has not written, and no other sync would write it.
+void settle(Disk& disk, const std::filesystem::path& file);
 
 /// Makes the folder and whatever of its parents is lacking. If `durable` its name survives a power
 /// cut, also where an earlier call had made it and was interrupted, and the names of the parents

@@ -206,10 +206,30 @@ std::vector<JobId> Index::jobs_with_results() const {
   return jobs;
 }
 
-void Index::forget_results(JobId job) {
-  Transaction transaction(writer_);
+/// A commit that failed can come to light after a restart, with rows that name files of which this
+/// connection knows nothing. The transaction that does this takes its place in the log for sure,
+/// for it changes something: once it is committed, files without rows may be deleted.
+void Index::supersede_failed_commits() {
+  writer_.execute(
+      "INSERT INTO meta VALUES('commits', 1) ON CONFLICT DO UPDATE SET value = value + 1");
+}
+
+void Index::delete_results(JobId job) {
   writer_.prepare("DELETE FROM results WHERE job = ?1").run(job);
   writer_.prepare("DELETE FROM segments WHERE job = ?1").run(job);
+  supersede_failed_commits();
+}
+
+void Index::forget_results(JobId job) {
+  Transaction transaction(writer_);
+  delete_results(job);
+  transaction.commit();
+}
+
+void Index::end_job(JobId job) {
+  Transaction transaction(writer_);
+  delete_results(job);
+  delete_checkpoints(job);
   transaction.commit();
 }
 

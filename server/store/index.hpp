@@ -39,6 +39,8 @@ class Index {
                   const std::function<void(const IndexedResult&)>& visit) const;
   [[nodiscard]] std::vector<JobId> jobs_with_results() const;
   void forget_results(JobId job);
+  /// In one transaction: the results, the checkpoints, and what their results came to.
+  void end_job(JobId job);
   /// Segments that hold results, and how long each must be.
   [[nodiscard]] std::map<std::uint64_t, std::uint64_t> segments() const;
 
@@ -53,11 +55,12 @@ class Index {
   [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
   /// In one transaction: the record, its spec too; results from pass `passes` on are gone.
   void extend_job(const JobRecord& record, std::uint32_t passes);
-  /// … and their tallies.
-  void forget_checkpoints(JobId job);
 
  private:
   void drop_unused_segments(JobId job);
+  void delete_results(JobId job);
+  void delete_checkpoints(JobId job);
+  void supersede_failed_commits();
   std::int64_t worker_row(const NewResult& result);
   void bind_and_run_job(Statement& statement, const JobRecord& record, std::int64_t id);
 

@@ -46,10 +46,25 @@ std::unique_ptr<DiskFile> opened(const Disk& disk, const std::filesystem::path& 
 Journal::Journal(Disk& disk, std::filesystem::path folder, bool durable,
                  std::uint64_t segment_bytes)
     : disk_(disk), folder_(std::move(folder)), durable_(durable), segment_bytes_(segment_bytes) {
-  for (const std::uint64_t segment : segments()) {
-    number_ = std::max(number_, segment);
-    bytes_ += size_of(segment);
+  const auto present = segments();
+  if (!present.empty()) number_ = *present.rbegin();
+  for (const std::uint64_t segment : present) bytes_ += size_of(segment);
+}
+
+/// After a failure only the disk knows what there is.
+void Journal::recount() {
+  try {
+    std::uint64_t bytes = 0;
+    for (const std::uint64_t segment : segments()) bytes += size_of(segment);
+    bytes_ = bytes;
+  } catch (const Error& error) {
+    log::warn("{}; the journal's size is not known", error.what());
   }
+}
+
+void Journal::seal() {
+  file_.reset();
+  recount();
 }
 
 std::filesystem::path Journal::path_of(std::uint64_t segment) const {
@@ -73,17 +88,25 @@ std::uint64_t Journal::size_of(std::uint64_t segment) const {
 }
 
 void Journal::begin_segment() {
-  ++number_;
-  std::unique_ptr<DiskFile> fresh = disk_.create(path_of(number_));
-  blocks_.start(*fresh, 0);
-  blocks_.add(segment_header());
-  const std::uint64_t end = blocks_.finish();
-  if (durable_) {
-    fresh->sync();
-    disk_.sync_folder(folder_);
-  }
   if (file_ && durable_) file_->drop_cached(cached_, end_);
-  file_ = std::move(fresh);
+  file_.reset();
+  ++number_;
+  std::uint64_t end = 0;
+  try {
+    auto fresh = disk_.create(path_of(number_));
+    blocks_.start(*fresh, 0);
+    blocks_.add(segment_header());
+    end = blocks_.finish();
+    if (durable_) {
+      fresh->sync();
+      disk_.sync_folder(folder_);
+    }
+    file_ = std::move(fresh);
+  } catch (const Error&) {
+    remove(number_);  // a full disk is not to be filled with beginnings
+    recount();
+    throw;
+  }
   if (durable_) file_->bypass_cache();
   end_ = last_ = end;
   cached_ = 0;
@@ -135,6 +158,7 @@ void Journal::undo() {
     file_->truncate(end_);
   } catch (const Error& error) {
     log::warn("{}; its bytes past {} are of no meaning", error.what(), end_);
+    seal();
   }
 }
 
@@ -167,7 +191,9 @@ void Journal::remove(std::uint64_t segment) {
     disk_.remove(path_of(segment));
     bytes_ -= size;
   } catch (const Error& error) {
+    if (error.kind() == ErrorKind::not_found) return;
     log::warn("{}; the next start tries again", error.what());
+    recount();
   }
 }
 

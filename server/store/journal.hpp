@@ -32,7 +32,7 @@ class Journal {
   /// Takes the last append back, as if it had thrown.
   void undo();
   /// Begins a new segment with the next append: what the last one wrote may be or not be.
-  void seal() { file_.reset(); }
+  void seal();
   [[nodiscard]] StoredResult read(const ResultPlace& place) const;
   /// Deletes a segment; the current one is kept. One that cannot be deleted is logged.
   void remove(std::uint64_t segment);
@@ -40,6 +40,7 @@ class Journal {
 
  private:
   void begin_segment();
+  void recount();
   void drop_what_is_old();
 
   Disk& disk_;

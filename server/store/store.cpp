@@ -33,6 +33,16 @@ std::unique_ptr<DiskFile> held(Disk& disk, const std::filesystem::path& folder, 
   return lock;
 }
 
+/// What a process that was killed had written to the database's log, SQLite takes as kept: it has
+/// to be, before anything is built on it.
+std::filesystem::path settled_database(Disk& disk, const std::filesystem::path& folder,
+                                       bool durable) {
+  const std::filesystem::path file = folder / "tessera.db";
+  if (durable)
+    for (const char* log : {"-journal", "-wal"}) settle(disk, file.string() + log);
+  return file;
+}
+
 std::array<std::uint8_t, 16> key_from(const std::string& hex) {
   std::array<std::uint8_t, 16> key{};
   const auto whole = Digest::from_hex(hex + hex);
@@ -48,7 +58,8 @@ struct Store::State {
       : folder(where),
         disk(settings.disk),
         lock(held(*disk, where, settings.durable)),
-        index(where / "tessera.db", settings.durable, disk->sqlite_vfs()),
+        index(settled_database(*disk, where, settings.durable), settings.durable,
+              disk->sqlite_vfs()),
         journal(*disk, where / "journal", settings.durable, settings.segment_bytes),
         checkpoints(*disk, where / "checkpoints", settings.durable) {}
 
@@ -162,8 +173,7 @@ void Store::forget_results(JobId job) {
 
 void Store::end_job(JobId job) {
   const std::vector<Checkpoint> held = state_->index.checkpoints_of(job);
-  state_->index.forget_results(job);
-  state_->index.forget_checkpoints(job);
+  state_->index.end_job(job);
   for (const Checkpoint& checkpoint : held) state_->checkpoints.remove(checkpoint.number);
   state_->remove_dead_segments();
 }

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "common/image/tile.hpp"
 #include "common/job/job_spec.hpp"
@@ -19,6 +20,11 @@ class Violation : public std::runtime_error {
 };
 
 void require(bool holds, const std::string& rule);
+/// The same where the rule's words cost more than to look whether it holds.
+template <class Words, class = decltype(std::declval<Words>()())>
+void require(bool holds, const Words& words) {
+  if (!holds) throw Violation(words());
+}
 
 /// What the coordinator's disk holds: it outlives the coordinator.
 struct Disk {
