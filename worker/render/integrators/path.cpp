@@ -66,6 +66,14 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
   }
 }
 
+/// The next hit. Its face is already on its way into the caches.
+accel::Hit intersect(Trace& trace, const Ray& ray) {
+  ++trace.rays;
+  const accel::Hit hit = trace.scene.intersect(ray);
+  if (hit.any()) prefetch_face(trace.scene.geometry_of(hit), hit.primitive);
+  return hit;
+}
+
 }  // namespace
 
 // The other integrators share its steps, so the compiler would call them one by one; in line they
@@ -78,17 +86,14 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
   const auto light_samples = static_cast<std::uint32_t>(trace.light_samples);
   PathState path;
   path.ray = ray;
+  accel::Hit hit = intersect(trace, path.ray);
   for (;;) {
-    ++trace.rays;
-    const accel::Hit hit = scene.intersect(path.ray);
     if (!hit.any()) return add_environment(trace, path, record);
     // A large scene's face is not in the caches, and its corners come after its indices: the random
     // numbers are made while memory answers.
     const auto depth = static_cast<std::uint32_t>(path.depth);
-    const Geometry& geometry = scene.geometry_of(hit);
-    prefetch_face(geometry, hit.primitive);
     const Draw4 draw = sampler.draw4(dim::bsdf_set(depth));
-    prefetch_corners(geometry, hit.primitive);
+    prefetch_corners(scene.geometry_of(hit), hit.primitive);
     const Draw4 light_draw = sampler.draw4(dim::light_set(depth), 0, light_samples);
 
     const Interaction at = surface_at(scene, path.ray, hit);
@@ -98,9 +103,14 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     if (path.depth > trace.bounces || closure.count == 0) return;
 
     path.last_context = light_context(at, closure, path);
-    if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, path, at, record);
+    const PathState here = path;
     const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
-    if (!drawn || !advance(path, at, drawn, draw[dim::roulette])) return;
+    const bool goes_on = drawn && advance(path, at, drawn, draw[dim::roulette]);
+    // The path's next hit comes before the light of this one, so that light is sampled and its
+    // shadow ray traced while memory brings the next face.
+    if (goes_on) hit = intersect(trace, path.ray);
+    if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, here, at, record);
+    if (!goes_on) return;
   }
 }
 
