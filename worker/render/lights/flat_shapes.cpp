@@ -96,7 +96,8 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
   if (light.rectangle) {
     const SphericalRectangle rectangle = quad.rectangle();
     if (rectangle.solid_angle() >= least_rectangle_angle) {
-      return towards(rectangle.sample(s, t), 1 / rectangle.solid_angle());
+      const auto [wi, distance] = rectangle.sample(s, t);
+      return {.wi = wi, .distance = distance, .pdf = 1 / rectangle.solid_angle()};
     }
   } else {
     const SphericalTriangle near = quad.near_half(), far = quad.far_half();

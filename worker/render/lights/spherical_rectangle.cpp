@@ -10,7 +10,9 @@ namespace tessera::render {
 SphericalRectangle::SphericalRectangle(const Vec3d& corner, const Vec3d& edge_u,
                                        const Vec3d& edge_v, double inverse_length_u,
                                        double inverse_length_v)
-    : x_(edge_u * inverse_length_u), y_(edge_v * inverse_length_v), z_(cross(x_, y_)) {
+    : x_(edge_u * inverse_length_u),
+      y_(edge_v * inverse_length_v),
+      z_(cross(edge_u, edge_v) * (inverse_length_u * inverse_length_v)) {
   z0_ = dot(corner, z_);
   if (z0_ > 0) {
     z0_ = -z0_;
@@ -41,7 +43,7 @@ SphericalRectangle::SphericalRectangle(const Vec3d& corner, const Vec3d& edge_u,
   solid_angle_ = angle >= 0 ? angle : (wide || angle < -1 ? angle + 2 * pi_d : 0);
 }
 
-Vec3d SphericalRectangle::sample(double u, double v) const {
+SphericalRectangle::Sample SphericalRectangle::sample(double u, double v) const {
   const double z2 = z0_ * z0_;
   // Lengths of the normals at y0, y1 and, squared, x0; their product is that of at_x0.
   const double n0 = std::sqrt(z2 + y0_ * y0_), n1 = std::sqrt(z2 + y1_ * y1_);
@@ -58,9 +60,12 @@ Vec3d SphericalRectangle::sample(double u, double v) const {
   const double x = std::clamp(-z0_ * (f < 0 ? -sin_a : sin_a) * (n0 * n1) / root, x0_, x1_);
   const double d2 = x * x + z2;
   const double h0 = y0_ / std::sqrt(d2 + y0_ * y0_), h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
+  // h is the direction's own y, and d/√(1 − h²) the distance.
   const double h = h0 + v * (h1 - h0);
-  const double y = std::clamp(h * std::sqrt(d2 / std::max(1 - h * h, 1e-300)), y0_, y1_);
-  return x_ * x + y_ * y + z_ * z0_;
+  const double distance = std::sqrt(d2 / std::max(1 - h * h, 0x1p-52));
+  const double inverse_distance = 1 / distance;
+  return {.wi = x_ * (x * inverse_distance) + y_ * h + z_ * (z0_ * inverse_distance),
+          .distance = distance};
 }
 
 }  // namespace tessera::render

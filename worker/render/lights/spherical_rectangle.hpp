@@ -28,8 +28,12 @@ class SphericalRectangle {
 
   /// In steradians, 0 … 2π; 0 from within its plane.
   [[nodiscard]] double solid_angle() const { return solid_angle_; }
-  /// The point of the rectangle, as seen from the origin (not normalised). u, v in [0, 1).
-  [[nodiscard]] Vec3d sample(double u, double v) const;
+  struct Sample {
+    Vec3d wi;  ///< of unit length, as exactly as the edges are at right angles
+    double distance;
+  };
+  /// A point of the rectangle. u, v in [0, 1).
+  [[nodiscard]] Sample sample(double u, double v) const;
 
  private:
   Vec3d x_, y_, z_;  ///< axes; z points away from the rectangle
