@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
@@ -76,61 +78,77 @@ double Filter::density(double offset) const {
   return t <= 1 ? shape(t) * norm_ : 0;
 }
 
-void Filter::tabulate() {
-  std::array<double, segments + 1> shapes{}, cdf{};
-  for (int i = 0; i <= segments; ++i) {
-    shapes[static_cast<std::size_t>(i)] = shape(static_cast<double>(i) / segments);
+namespace {
+
+/// The inverse of what is left of a distribution beyond t, 0 ≤ t ≤ 1, whose density is linear
+/// between evenly spaced values. Asked for falling parts, from 1 on.
+class Tail {
+ public:
+  explicit Tail(std::span<const double> densities) : density_(densities), left_(densities.size()) {
+    for (std::size_t i = density_.size() - 1; i > 0; --i) {
+      left_[i - 1] = left_[i] + 0.5 * step_ * (density_[i - 1] + density_[i]);
+    }
   }
+  [[nodiscard]] double whole() const { return left_[0]; }
+
+  struct Place {
+    double t, density;
+  };
+  /// Where `part` of the whole is left.
+  Place at(double part) {
+    const double left = part * whole();
+    while (segment_ + 2 < density_.size() && left_[segment_ + 1] >= left) ++segment_;
+    // Within the segment the distribution is a parabola: its root, in the form that does not
+    // cancel.
+    const double passed = (left_[segment_] - left) / step_;
+    const double first = density_[segment_], slope = density_[segment_ + 1] - first;
+    const double density = std::sqrt(std::max(0.0, first * first + 2 * slope * passed));
+    const double beyond = passed > 0 ? 2 * passed / (first + density) : 0;
+    return {(static_cast<double>(segment_) + beyond) * step_, density};
+  }
+
+ private:
+  std::span<const double> density_;
+  std::vector<double> left_;
+  double step_ = 1 / static_cast<double>(density_.size() - 1);
+  std::size_t segment_ = 0;
+};
+
+}  // namespace
+
+void Filter::tabulate() {
+  constexpr std::size_t segments = 1024;
   // The shape is taken as linear between the places, which is true of it to 2e-6; its integral is
   // then exact.
-  for (std::size_t i = 0; i < segments; ++i) {
-    cdf[i + 1] = cdf[i] + 0.5 * (shapes[i] + shapes[i + 1]);
+  std::vector<double> shapes(segments + 1);
+  for (std::size_t i = 0; i <= segments; ++i) shapes[i] = shape(static_cast<double>(i) / segments);
+  Tail tail(shapes);
+  norm_ = 1 / (tail.whole() * width_);
+  const auto part_from = [](std::uint32_t cell) {
+    return static_cast<double>(std::bit_cast<float>(one - (cell << cell_bits)));
+  };
+  Tail::Place from = tail.at(1);
+  for (std::uint32_t i = 0; i < cells; ++i) {
+    const Tail::Place to = tail.at(part_from(i + 1));
+    // The cubic with the right values and slopes at both ends (Hermite).
+    const double part = (part_from(i) - part_from(i + 1)) * tail.whole();
+    const double rise = to.t - from.t, slope0 = part / from.density, slope1 = part / to.density;
+    table_[i] = {static_cast<float>(from.t), static_cast<float>(slope0),
+                 static_cast<float>(3 * rise - 2 * slope0 - slope1),
+                 static_cast<float>(slope0 + slope1 - 2 * rise)};
+    from = to;
   }
-  const double total = cdf[segments];
-  norm_ = segments / (total * width_);
-  for (std::size_t i = 0; i < segments; ++i) {
-    table_[i] = {.cdf = static_cast<float>(cdf[i] / total),
-                 .shape = static_cast<float>(shapes[i] / total),
-                 .next_cdf = static_cast<float>(cdf[i + 1] / total),
-                 .next_shape = static_cast<float>(shapes[i + 1] / total)};
-  }
-  std::size_t segment = 0;
-  for (std::size_t i = 0; i < segments; ++i) {
-    while (segment + 1 < segments &&
-           table_[segment].next_cdf <= static_cast<float>(i) / static_cast<float>(segments)) {
-      ++segment;
-    }
-    guide_[i] = static_cast<std::uint16_t>(segment);
-  }
+  table_[cells] = {static_cast<float>(from.t), 0, 0, 0};
 }
 
 float Filter::sample1(float u) const {
-  const float signed_u = 2 * u - 1;  // exact
-  const float v = std::abs(signed_u);
-  float t = 1;
-  switch (kind_) {
-    case FilterKind::box:
-      t = v;
-      break;
-    case FilterKind::tent:
-      t = 1 - std::sqrt(1 - v);
-      break;
-    case FilterKind::gaussian:
-    case FilterKind::blackman_harris: {
-      std::size_t i = guide_[static_cast<std::size_t>(std::min(v * segments, segments - 1.0F))];
-      while (i + 1 < segments && table_[i].next_cdf <= v) ++i;
-      const Segment& at = table_[i];
-      // Within the segment the density is linear, so the distribution is a parabola: its root, in
-      // the form that does not cancel.
-      const float rest = v - at.cdf;
-      const float slope = at.next_shape - at.shape;
-      const float root = std::sqrt(std::max(0.0F, at.shape * at.shape + 2 * slope * rest));
-      const float part = 2 * rest / (at.shape + root);
-      t = (static_cast<float>(i) + std::min(1.0F, part)) * (1.0F / segments);
-      break;
-    }
-  }
-  return std::copysign(half_width_ * t, signed_u);
+  const float signed_u = 2 * u - 1;  // exact, as is what lies beyond
+  const float beyond = std::max(1 - std::abs(signed_u), least_part);
+  const std::uint32_t place = one - std::bit_cast<std::uint32_t>(beyond);
+  const std::array<float, 4>& c = table_[place >> cell_bits];
+  const float x = static_cast<float>(place % (1U << cell_bits)) * (1.0F / (1U << cell_bits));
+  const float t = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+  return std::copysign(half_width_ * std::min(t, 1.0F), signed_u);
 }
 
 std::shared_ptr<const Filter> shared_filter(FilterKind kind, double width) {

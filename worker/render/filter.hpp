@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <string_view>
@@ -43,8 +44,6 @@ class Filter {
   [[nodiscard]] double asked_width() const { return asked_width_; }
 
  private:
-  static constexpr int segments = 1024;
-
   /// The filter's shape at t = |offset| / (width / 2), 0 ≤ t ≤ 1, not normalised.
   [[nodiscard]] double shape(double t) const;
   [[nodiscard]] float sample1(float u) const;
@@ -55,16 +54,15 @@ class Filter {
   double width_;
   float half_width_;
   double norm_ = 1;  ///< density(0) / shape(0)
-  // Of the half 0 ≤ t ≤ 1, for the kinds without a closed inverse: shape and distribution at both
-  // ends of each segment, and for each of as many equal steps of the distribution the segment in
-  // which it begins.
-  /// Side by side, as a sample reads them together. Float's digits are those of the numbers that
-  /// are looked up.
-  struct Segment {
-    float cdf = 0, shape = 0, next_cdf = 0, next_shape = 0;
-  };
-  std::array<Segment, segments> table_{};
-  std::array<std::uint16_t, segments> guide_{};
+  // t as a function of the part of the distribution that lies beyond it, 1 … 2^-24. Each octave of
+  // that part is cut into 32 cells, so the thin edge of a filter is cut as finely as its middle,
+  // and the part's bits as a float are the number of its cell and the place in it. Each cell has
+  // the coefficients of a cubic; the distribution is met to 1e-6.
+  static constexpr std::uint32_t one = std::bit_cast<std::uint32_t>(1.0F);
+  static constexpr std::uint32_t cell_bits = 23 - 5;
+  static constexpr std::uint32_t cells = 24 << 5;
+  static constexpr float least_part = 0x1p-24F;  ///< what u = 0 counts as: half of the next u
+  std::array<std::array<float, 4>, cells + 1> table_{};
 };
 
 }  // namespace tessera::render
