@@ -47,6 +47,16 @@ struct FetchOptions {
 };
 int fetch(const Settings& settings, const FetchOptions& options);
 
+/// Nothing: no focus any more.
+int focus(const Settings& settings, JobId job, const std::optional<Rect>& region);
+
+struct SetOptions {
+  std::vector<JobId> jobs;
+  std::optional<int> priority;
+  std::optional<int> max_workers;  ///< 0: no limit
+};
+int set(const Settings& settings, const SetOptions& options);
+
 int jobs(const Settings& settings);
 int workers(const Settings& settings);
 int cancel(const Settings& settings, const std::vector<JobId>& jobs);

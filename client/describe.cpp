@@ -54,13 +54,33 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
   command.add_option("--camera", job.camera, "One of the scene's cameras; else its first")
       ->type_name("NAME");
   command.add_option("--name", job.name, "The job's name; else the scene's")->type_name("NAME");
+  command
+      .add_option("--order", job.order,
+                  "Order of the tiles within a pass: hilbert (a curve through neighbours, the "
+                  "default), center (from the centre outwards) or scanline")
+      ->type_name("NAME");
+  command
+      .add_option("--focus", line.focus,
+                  "Render this rectangle of pixels first; tessera focus moves it later")
+      ->type_name("WxH+X+Y");
+  command
+      .add_option("--time", line.time,
+                  "End at a whole pass when this much time is up: 90 (seconds), 10m, 1h30m; "
+                  "--samples is then the most")
+      ->type_name("LIMIT");
+  command.add_option("--max-workers", job.max_workers, "Most workers at once; 0: no limit (0)")
+      ->type_name("N");
 }
 
-void take_size(const Line& line, JobOptions& job) {
-  if (!line.size) return;
-  const Size size = size_from(*line.size);
-  job.width = size.width;
-  job.height = size.height;
+/// What was given as text becomes values.
+void take_texts(const Line& line, JobOptions& job) {
+  if (line.size) {
+    const Size size = size_from(*line.size);
+    job.width = size.width;
+    job.height = size.height;
+  }
+  if (line.focus) job.focus = focus_from(*line.focus);
+  if (line.time) job.time_limit_seconds = time_from(*line.time);
 }
 
 void add_render(CLI::App& app, Line& line) {
@@ -85,7 +105,7 @@ void add_render(CLI::App& app, Line& line) {
       ->check(CLI::Range(1, 1024));
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
-      take_size(line, line.render.job);
+      take_texts(line, line.render.job);
       return render(settings, line.render);
     };
   });
@@ -135,7 +155,7 @@ void add_wedge(CLI::App& app, Line& line) {
       ->check(CLI::Range(1, 1024));
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
-      take_size(line, line.wedge.job);
+      take_texts(line, line.wedge.job);
       return wedge(settings, line.wedge);
     };
   });
@@ -150,7 +170,7 @@ void add_submit(CLI::App& app, Line& line) {
   command.add_flag("--mixed", job.mixed, "Take workers of any build, and give up identical bits");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
-      take_size(line, line.render.job);
+      take_texts(line, line.render.job);
       return submit(settings, line.render.job);
     };
   });
@@ -206,6 +226,39 @@ void add_each(CLI::App& app, Line& line, const char* name, const char* about,
   });
 }
 
+void add_focus(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand(
+      "focus", "Have a rectangle of a job's pixels rendered first, or no longer");
+  command.add_option("job", line.jobs, "The job's number")
+      ->required()
+      ->expected(1)
+      ->type_name("JOB");
+  command.add_option("region", line.focus, "The rectangle, or none")
+      ->required()
+      ->type_name("WxH+X+Y|none");
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      const JobId job = job_from(line.jobs.front());
+      if (*line.focus == "none") return focus(settings, job, std::nullopt);
+      return focus(settings, job, focus_from(*line.focus));
+    };
+  });
+}
+
+void add_set(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand("set", "Change what can be changed of jobs");
+  command.add_option("jobs", line.jobs, "The jobs' numbers")->required()->type_name("JOB");
+  command.add_option("--priority", line.set.priority, "-100 to 100, higher first")->type_name("N");
+  command.add_option("--max-workers", line.set.max_workers, "Most workers at once; 0: no limit")
+      ->type_name("N");
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      line.set.jobs = jobs_from(line.jobs);
+      return set(settings, line.set);
+    };
+  });
+}
+
 /// A command that takes nothing.
 void add_plain(CLI::App& app, Line& line, const char* name, const char* about,
                int (*run)(const Settings&)) {
@@ -240,6 +293,8 @@ void describe(CLI::App& app, Line& line) {
   add_fetch(app, line);
   add_plain(app, line, "jobs", "List the server's jobs", jobs);
   add_plain(app, line, "workers", "List the server's workers", workers);
+  add_focus(app, line);
+  add_set(app, line);
   add_each(app, line, "cancel", "Cancel jobs", cancel);
   add_each(app, line, "pause", "Pause jobs", pause);
   add_each(app, line, "resume", "Go on with paused jobs", resume);

@@ -14,10 +14,11 @@ namespace tessera::client {
 struct Line {
   GivenSettings flags;
   bool json = false;
-  std::optional<std::string> size;
-  RenderOptions render;  ///< its `job` is submit's too
+  std::optional<std::string> size, focus, time;  ///< as they were given
+  RenderOptions render;                          ///< its `job` is submit's too
   WedgeOptions wedge;
   FetchOptions fetch;
+  SetOptions set;
   std::vector<std::string> jobs;
   std::function<int(const Settings&)> command;
 };

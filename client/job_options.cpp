@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 
 #include "common/base/error.hpp"
@@ -18,6 +19,8 @@ Error at_flag(const Error& error) {
   std::string key = error.place().key;
   if (key.starts_with("render.")) key = key.substr(7);
   if (key == "width" || key == "height") key = "size";
+  if (key.starts_with("focus.")) key = "focus";
+  if (key == "time_limit_seconds") key = "time";
   std::replace(key.begin(), key.end(), '_', '-');
   return Error(error.kind(), error.message(), {.file = {}, .key = key.empty() ? key : "--" + key});
 }
@@ -31,6 +34,14 @@ void check_camera(const scene::Scene& scene, const std::string& camera) {
   std::vector<std::string_view> names;
   for (const scene::Camera& one : scene.cameras) names.push_back(one.name);
   scene::check_name("camera", camera, names, "camera");
+}
+
+TileOrder order_from(const std::string& name) {
+  try {
+    return tile_order_from(name);
+  } catch (const Error& error) {
+    throw Error(error.kind(), error.message(), {.file = {}, .key = "order"});
+  }
 }
 
 /// The name of a job that was given none: its scene's, or its file's.
@@ -56,6 +67,58 @@ Size size_from(std::string_view text) {
               {.file = {}, .key = "--size"});
 }
 
+Rect focus_from(std::string_view text) {
+  Rect out;
+  const char* at = text.data();
+  const char* const last = text.data() + text.size();
+  const auto read = [&](int& value, std::string_view before) {
+    if (!before.empty()) {
+      if (at == last || *at != before.front()) return false;
+      ++at;
+    }
+    if (at == last || *at < '0' || *at > '9') return false;  // no sign
+    const auto [end, problem] = std::from_chars(at, last, value);
+    at = end;
+    return problem == std::errc();
+  };
+  if (read(out.width, "") && read(out.height, "x") && read(out.x, "+") && read(out.y, "+") &&
+      at == last)
+    return out;
+  throw Error(ErrorKind::bad_input,
+              fmt::format("expected WIDTHxHEIGHT+X+Y in pixels, such as 256x128+640+300, found "
+                          "\"{}\"",
+                          excerpt(text)),
+              {.file = {}, .key = "--focus"});
+}
+
+double time_from(std::string_view text) {
+  constexpr std::array<std::pair<char, double>, 4> units{
+      {{'d', 86400.0}, {'h', 3600.0}, {'m', 60.0}, {'s', 1.0}}};
+  const auto* unit = units.begin();
+  double out = 0;
+  const char* at = text.data();
+  const char* const last = text.data() + text.size();
+  const bool bare = std::all_of(at, last, [](char c) { return c >= '0' && c <= '9'; });
+  bool good = at != last;
+  while (good && at != last) {
+    std::uint32_t value = 0;
+    const auto [end, problem] = std::from_chars(at, last, value);
+    at = end;
+    good = problem == std::errc();
+    if (good && !bare) {
+      const char letter = at == last ? '\0' : *at++;
+      unit = std::find_if(unit, units.end(), [&](const auto& one) { return one.first == letter; });
+      good = unit != units.end();
+    }
+    if (good) out += value * (bare ? 1.0 : (unit++)->second);
+  }
+  if (good && out > 0) return out;
+  throw Error(ErrorKind::bad_input,
+              fmt::format("expected a time such as 90 (seconds), 10m or 1h30m, found \"{}\"",
+                          excerpt(text)),
+              {.file = {}, .key = "--time"});
+}
+
 JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle) {
   JobSpec spec;
   spec.name = name_of(scene, options);
@@ -76,7 +139,11 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.seed, options.seed);
   take(spec.tile, options.tile);
   take(spec.pass, options.pass);
+  take(spec.max_workers, options.max_workers);
+  take(spec.time_limit_seconds, options.time_limit_seconds);
+  spec.focus = options.focus;
   try {
+    if (options.order) spec.order = order_from(*options.order);
     if (!spec.camera.empty()) check_camera(scene, spec.camera);
     scene::check_names(spec.render);
     check(spec);

@@ -19,6 +19,12 @@ struct Size {
 /// "WIDTHxHEIGHT" in pixels. Throws Error{bad_input}.
 Size size_from(std::string_view text);
 
+/// "WxH+X+Y": a rectangle of pixels, from the film's upper left corner. Throws Error{bad_input}.
+Rect focus_from(std::string_view text);
+/// Seconds from "90", "90s", "10m", "1h30m", "2d": whole numbers, each unit once at most, the
+/// larger first; a bare number is seconds. Throws Error{bad_input}.
+double time_from(std::string_view text);
+
 /// What `render` and `submit` have in common. What is absent is the scene's.
 struct JobOptions {
   std::filesystem::path scene;
@@ -36,6 +42,10 @@ struct JobOptions {
   std::optional<std::uint64_t> seed;
   std::optional<int> tile;
   std::optional<int> pass;
+  std::optional<std::string> order;
+  std::optional<Rect> focus;
+  std::optional<double> time_limit_seconds;
+  std::optional<int> max_workers;
   int priority = 0;
   bool mixed = false;
 };

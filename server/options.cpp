@@ -41,6 +41,7 @@ struct Flags {
   std::string log_level = "info";
   bool insecure = false, no_durable = false;
   int pool_threads = ServerSettings().pool_threads;
+  int preparation_timeout = ServerSettings().preparation_timeout;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -70,6 +71,10 @@ void declare(CLI::App& app, Flags& flags) {
       ->type_name("LEVEL");
   app.add_option("--pool-threads", flags.pool_threads, "Threads that decode, encode and sync [2]")
       ->type_name("N");
+  app.add_option("--preparation-timeout", flags.preparation_timeout,
+                 "A worker whose preparation of a scene has not got on for so many seconds is not "
+                 "waited for [1800]")
+      ->type_name("SECONDS");
   app.add_flag("--no-durable", flags.no_durable)->group("");  // for the benchmark
 }
 
@@ -86,6 +91,7 @@ Options options_from(const Flags& flags) {
   server.public_url = flags.public_url;
   server.pool_threads = flags.pool_threads;
   server.durable = !flags.no_durable;
+  server.preparation_timeout = flags.preparation_timeout;
   options.log_level = log::level_from(flags.log_level);
   check(server);
   return options;

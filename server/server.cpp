@@ -71,6 +71,8 @@ void check(const ServerSettings& settings) {
     bad(fmt::format("--public-url {}: expected http://HOST:PORT or https://HOST:PORT", url));
   if (settings.pool_threads < 1 || settings.pool_threads > 256)
     bad("--pool-threads: expected a number from 1 to 256");
+  if (settings.preparation_timeout < 1 || settings.preparation_timeout > 1'000'000)
+    bad("--preparation-timeout: expected a number of seconds from 1 to 1000000");
   check_address(settings, "--http", settings.http);
   check_address(settings, "--listen", settings.listen);
 }
@@ -120,6 +122,7 @@ struct Server::State {
     out.data = settings.data;
     out.pool_threads = settings.pool_threads;
     out.durable = settings.durable;
+    out.scheduler.preparation = std::chrono::seconds(settings.preparation_timeout);
     return out;
   }
   static ApiSettings api_settings(const ServerSettings& settings, const std::string& blob_token) {

@@ -19,7 +19,9 @@ struct ServerSettings {
   std::string public_url;  ///< how workers and browsers reach the HTTP port, where that is not its
                            ///< own address; may be empty
   int pool_threads = 2;    ///< decode, encode, hash and sync
-  bool durable = true;     ///< false: no fsync, for the benchmark that shows its cost
+  /// A preparation that has not got on for so many seconds is given up.
+  int preparation_timeout = 1800;
+  bool durable = true;  ///< false: no fsync, for the benchmark that shows its cost
 };
 
 /// Throws Error{bad_input} with a sentence for people: an address that is no IP address; one off

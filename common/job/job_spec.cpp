@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
@@ -15,7 +16,9 @@ namespace {
 
 /// Frame numbers, either way.
 constexpr std::int64_t frame_most = 1'000'000;
-constexpr std::int64_t max_workers_most = 1'000'000;
+constexpr double time_limit_most = 365.25 * 24 * 3600;
+
+constexpr std::array<std::string_view, 3> order_names{"hilbert", "center", "scanline"};
 
 [[noreturn]] void bad(const char* key, const std::string& message) {
   throw Error(ErrorKind::bad_input, message, {.key = key});
@@ -71,6 +74,39 @@ FrameRange frames_from(const Json& json, const std::string& path) {
 
 }  // namespace
 
+std::string_view name_of(TileOrder order) {
+  return order_names.at(static_cast<std::size_t>(order));
+}
+
+TileOrder tile_order_from(std::string_view name) {
+  for (std::size_t i = 0; i < order_names.size(); ++i)
+    if (order_names.at(i) == name) return static_cast<TileOrder>(i);
+  throw Error(ErrorKind::bad_input,
+              unknown_name("order", excerpt(name), {order_names.begin(), order_names.end()}));
+}
+
+nlohmann::json to_json(const Rect& rect) {
+  return {{"x", rect.x}, {"y", rect.y}, {"width", rect.width}, {"height", rect.height}};
+}
+
+Rect rect_from_json(const nlohmann::json& json, const std::string& path) {
+  Rect rect;
+  ObjectReader in(json, path);
+  rect.x = static_cast<int>(in.integer("x", 0, limits::film_side_max));
+  rect.y = static_cast<int>(in.integer("y", 0, limits::film_side_max));
+  rect.width = static_cast<int>(in.integer("width", 1, limits::film_side_max));
+  rect.height = static_cast<int>(in.integer("height", 1, limits::film_side_max));
+  in.finish();
+  return rect;
+}
+
+void check_focus(const Rect& focus, const RenderSettings& film) {
+  within("focus.x", focus.x, 0, film.width - 1);
+  within("focus.y", focus.y, 0, film.height - 1);
+  within("focus.width", focus.width, 1, film.width - focus.x);
+  within("focus.height", focus.height, 1, film.height - focus.y);
+}
+
 void check(const JobSpec& spec) {
   if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
   within("priority", spec.priority, -100, 100);
@@ -104,6 +140,11 @@ void check(const JobSpec& spec) {
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("max_workers", spec.max_workers, 0, max_workers_most);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
+  if (spec.focus) check_focus(*spec.focus, render);
+  if (!(spec.time_limit_seconds >= 0 && spec.time_limit_seconds <= time_limit_most))
+    bad("time_limit_seconds", fmt::format("expected a number from 0 to {}", time_limit_most));
+  if (spec.time_limit_seconds > 0 && spec.frames.count() > 1)
+    bad("time_limit_seconds", "expected a job of one frame, to limit its time");
   const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) *
                              ((render.height + spec.tile - 1LL) / spec.tile);
   const std::int64_t passes = render.samples / spec.pass + 6;
@@ -125,7 +166,10 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"pass", spec.pass},
           {"aov_samples", spec.aov_samples},
           {"mixed", spec.mixed},
-          {"max_workers", spec.max_workers}};
+          {"max_workers", spec.max_workers},
+          {"order", name_of(spec.order)},
+          {"focus", spec.focus ? to_json(*spec.focus) : Json()},
+          {"time_limit_seconds", spec.time_limit_seconds}};
 }
 
 JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) {
@@ -147,6 +191,15 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
       static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
   spec.mixed = in.boolean_or("mixed", false);
   spec.max_workers = static_cast<int>(in.integer_or("max_workers", 0, max_workers_most, 0));
+  try {
+    spec.order = tile_order_from(in.text_or("order", std::string(name_of(spec.order))));
+  } catch (const Error& error) {
+    if (error.place().key.empty()) in.fail("order", error.message());
+    throw;
+  }
+  if (const Json* focus = in.optional("focus"); focus != nullptr && !focus->is_null())
+    spec.focus = rect_from_json(*focus, in.path_of("focus"));
+  spec.time_limit_seconds = in.number_or("time_limit_seconds", 0, time_limit_most, 0);
   in.finish();
   check(spec);
   return spec;
@@ -155,9 +208,9 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
 namespace {
 Digest plan_digest(const JobSpec& spec) {
   Json decisive = to_json(spec);
-  decisive.erase("name");
-  decisive.erase("priority");
-  decisive.erase("max_workers");
+  for (const char* key :
+       {"name", "priority", "max_workers", "order", "focus", "time_limit_seconds"})
+    decisive.erase(key);
   decisive["plan"] = 1;  // counts changes of the rule for tiles and passes
   return digest_of(decisive.dump());
 }

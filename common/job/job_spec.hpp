@@ -1,7 +1,9 @@
 #pragma once
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/digest.hpp"
@@ -41,9 +43,20 @@ struct FrameRange {
   }
 };
 
+/// In which order the tiles of a pass are handed out.
+enum class TileOrder {
+  hilbert,   ///< along a Hilbert curve: what one worker holds is a neighbourhood
+  center,    ///< from the film's centre outwards
+  scanline,  ///< in rows from the top
+};
+/// Its word in JSON and on command lines.
+std::string_view name_of(TileOrder order);
+/// Throws Error{bad_input} without a place, which names the nearest.
+TileOrder tile_order_from(std::string_view name);
+
 /// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
-/// Everything in it but name and priority is fixed for good; of that, all but max_workers is what
-/// the plan digest covers.
+/// What says when and by whom it is rendered (priority, order, focus, time limit, max_workers) and
+/// the name stand outside the plan digest; priority, focus and max_workers can be changed later.
 struct JobSpec {
   std::string name;    ///< for people; a plain name
   int priority = 0;    ///< −100 … 100; higher first
@@ -56,6 +69,9 @@ struct JobSpec {
   int aov_samples = 16;  ///< AOVs travel with passes that end at or before this
   bool mixed = false;    ///< take workers of any build, and give up the exactness contract
   int max_workers = 0;   ///< most workers that hold tasks of it at once; 0: no limit
+  TileOrder order = TileOrder::hilbert;
+  std::optional<Rect> focus;      ///< pixels of the film that are rendered first
+  double time_limit_seconds = 0;  ///< from its first lease; it ends at a whole pass; 0: no limit
 
   bool operator==(const JobSpec&) const = default;
 };
@@ -64,6 +80,16 @@ struct JobSpec {
 /// integrators, samplers and filters are checked where those are known: by the client before it
 /// submits, and by the worker.
 void check(const JobSpec& spec);
+
+/// Throws Error{bad_input} that names the key unless it lies within the film.
+void check_focus(const Rect& focus, const RenderSettings& film);
+/// Most workers of a job that may be asked for.
+constexpr std::int64_t max_workers_most = 1'000'000;
+
+/// {"x", "y", "width", "height"}.
+nlohmann::json to_json(const Rect& rect);
+/// Whole numbers, 0 ≤ x, y and 1 ≤ width, height; whether it lies within a film is check_focus's.
+Rect rect_from_json(const nlohmann::json& json, const std::string& path);
 
 nlohmann::json to_json(const JobSpec& spec);
 /// Reads and checks. Unknown keys are errors; lacking ones take their default, but bundle, width
@@ -77,8 +103,7 @@ struct JobPlan {
   JobSpec spec;
   TileGrid grid;
   PassPlan passes;
-  Digest
-      digest;  ///< of all that decides a task's meaning and bits (spec without name and priority)
+  Digest digest;  ///< of all that decides a task's meaning and bits
 
   [[nodiscard]] std::int64_t tasks_per_frame() const {
     return static_cast<std::int64_t>(grid.count()) * passes.count();

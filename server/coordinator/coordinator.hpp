@@ -73,6 +73,14 @@ struct JobStatus {
   std::vector<Share> shares;  ///< by worker, most first
 };
 
+/// What can be changed of a job that has not ended. What is absent stays as it is.
+struct JobChange {
+  std::optional<int> priority;
+  std::optional<int> max_workers;            ///< 0: no limit
+  std::optional<std::optional<Rect>> focus;  ///< nothing within: none any more
+  [[nodiscard]] bool empty() const { return !priority && !max_workers && !focus; }
+};
+
 /// One encoded picture; shared by all who asked for the same version.
 struct Picture {
   std::uint64_t version = 0;  ///< grows with every fold of the frame; the ETag
@@ -123,7 +131,8 @@ class Coordinator {
   virtual boost::asio::awaitable<void> cancel(JobId id) = 0;
   virtual boost::asio::awaitable<void> pause(JobId id) = 0;
   virtual boost::asio::awaitable<void> resume(JobId id) = 0;
-  virtual boost::asio::awaitable<void> set_priority(JobId id, int priority) = 0;
+  /// All of it or, if anything of it is wrong (Error{bad_input}), nothing.
+  virtual boost::asio::awaitable<void> change(JobId id, JobChange change) = 0;
 
   // ---- pictures ----
   /// The frame as far as it is folded, whole and consistent. Throws Error{not_found}.

@@ -38,7 +38,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> cancel(JobId id) override;
   boost::asio::awaitable<void> pause(JobId id) override;
   boost::asio::awaitable<void> resume(JobId id) override;
-  boost::asio::awaitable<void> set_priority(JobId id, int priority) override;
+  boost::asio::awaitable<void> change(JobId id, JobChange change) override;
   std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) override;
 
   // ---- pictures.cpp ----

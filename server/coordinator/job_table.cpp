@@ -45,6 +45,8 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
   last_fold = now;  // the latest that it can have been; the time between two runs counts
 }
 
+void Job::spec_changed() { plan = std::make_shared<const JobPlan>(plan_of(record)); }
+
 void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
                 std::int64_t rejected, double cpu_seconds, const Digest& worker_build) {
   shares[worker] += samples;

@@ -30,6 +30,8 @@ struct Job {
   bool ended = false;   ///< the end is durable
   bool broken = false;  ///< what was durable cannot be read back: it can only fail
 
+  /// The record's spec or priority has another value: the plan says the same.
+  void spec_changed();
   /// A result has become durable, or is read back after a start.
   void count(const std::string& worker, std::int64_t samples, std::int64_t rays,
              std::int64_t rejected, double cpu_seconds, const Digest& worker_build);

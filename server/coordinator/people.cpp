@@ -36,6 +36,29 @@ void check_assets(const assets::BlobStore& blobs, const Digest& bundle) {
           {.key = "bundle"});
 }
 
+/// Throws Error{bad_input} that names the key.
+void check_change(const JobChange& change, const RenderSettings& film) {
+  const auto within = [](const char* key, std::int64_t value, std::int64_t low, std::int64_t high) {
+    if (value >= low && value <= high) return;
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected a whole number from {} to {}, found {}", low, high, value),
+                {.key = key});
+  };
+  if (change.priority) within("priority", *change.priority, -100, 100);
+  if (change.max_workers) within("max_workers", *change.max_workers, 0, max_workers_most);
+  if (change.focus && *change.focus) check_focus(**change.focus, film);
+}
+
+/// Gives what stood there before, as a change that takes it back.
+JobChange exchanged(JobRecord& record, const JobChange& change) {
+  JobChange before;
+  if (change.priority) before.priority = std::exchange(record.priority, *change.priority);
+  if (change.max_workers)
+    before.max_workers = std::exchange(record.spec.max_workers, *change.max_workers);
+  if (change.focus) before.focus = std::exchange(record.spec.focus, *change.focus);
+  return before;
+}
+
 }  // namespace
 
 boost::asio::awaitable<JobId> CoordinatorImpl::submit(JobSpec spec) {
@@ -138,17 +161,19 @@ boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
   tell_job(id);
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::set_priority(JobId id, int priority) {
-  if (priority < -100 || priority > 100)
-    throw Error(ErrorKind::bad_input,
-                fmt::format("expected a whole number from -100 to 100, found {}", priority),
-                {.key = "priority"});
-  const int before = std::exchange(live(id).record.priority, priority);
+boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change) {
+  JobRecord& record = live(id).record;
+  check_change(change, record.spec.render);
+  // Changed here first, so that whatever else is kept of the job meanwhile says the same.
+  const JobChange before = exchanged(record, change);
   if (const auto error = co_await save_or_error(id)) {
-    known(id).record.priority = before;
+    exchanged(known(id).record, before);
     std::rethrow_exception(error);
   }
-  perform(scheduler_.set_priority(id, priority, now()));
+  known(id).spec_changed();
+  if (change.priority) perform(scheduler_.set_priority(id, *change.priority, now()));
+  if (change.max_workers) perform(scheduler_.set_max_workers(id, *change.max_workers, now()));
+  if (change.focus) perform(scheduler_.set_focus(id, *change.focus, now()));
   tell_job(id);
 }
 

@@ -107,7 +107,7 @@ void CoordinatorImpl::release_worker(WorkerId worker) {
 void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
   if (!workers_.contains(worker)) return;
   if (const auto* preparing = std::get_if<wire::Preparing>(&message)) {
-    perform(scheduler_.worker_preparing(worker, preparing->job, now()));
+    perform(scheduler_.worker_preparing(worker, preparing->job, preparing->fraction, now()));
   } else if (const auto* ready = std::get_if<wire::Ready>(&message)) {
     perform(scheduler_.worker_ready(worker, ready->job, now()));
   } else if (const auto* progress = std::get_if<wire::Progress>(&message)) {

@@ -39,7 +39,7 @@ HttpResponse job_response(const Call& call, JobId id) {
 
 struct Change {
   std::optional<bool> pause;
-  std::optional<int> priority;
+  JobChange job;
 };
 
 /// The whole body is checked before any of it is done.
@@ -53,10 +53,18 @@ Change change_from(const Json& body) {
     change.pause = state == "paused";
   }
   if (in.optional("priority") != nullptr)
-    change.priority = static_cast<int>(in.integer("priority", -100, 100));
+    change.job.priority = static_cast<int>(in.integer("priority", -100, 100));
+  if (in.optional("max_workers") != nullptr)
+    change.job.max_workers = static_cast<int>(in.integer("max_workers", 0, max_workers_most));
+  if (const Json* focus = in.optional("focus")) {
+    change.job.focus.emplace();  // null takes it away
+    if (!focus->is_null()) *change.job.focus = rect_from_json(*focus, in.path_of("focus"));
+  }
   in.finish();
-  if (!change.pause && !change.priority)
-    throw Error(ErrorKind::bad_input, "expected \"state\", \"priority\" or both, found neither");
+  if (!change.pause && change.job.empty())
+    throw Error(ErrorKind::bad_input,
+                "expected at least one of \"state\", \"priority\", \"max_workers\" and \"focus\", "
+                "found none");
   return change;
 }
 
@@ -87,7 +95,7 @@ HandlerResult change_job(Call& call) {
   const JobId id = status.view.id;
   const Json body = co_await json_body(call);
   const Change change = change_from(body);
-  if (change.priority) co_await call.api.coordinator.set_priority(id, *change.priority);
+  if (!change.job.empty()) co_await call.api.coordinator.change(id, change.job);
   const std::string& state = status.view.state;
   const bool paused = state == "paused";
   const bool running = state == "rendering" || state == "queued";

@@ -33,7 +33,7 @@ constexpr std::array table = {
     Route{"GET", "/v1/jobs/{id}", get_job, user, json,
           "One job: state, progress, time to finish, shares"},
     Route{"PATCH", "/v1/jobs/{id}", change_job, user, json,
-          "Pause, resume, or change the priority"},
+          "Pause, resume, or change priority, most of workers, or focus region"},
     Route{"DELETE", "/v1/jobs/{id}", cancel_job, user, json, "Cancel a job"},
     Route{"GET", "/v1/jobs/{id}/frames/{frame}/image.exr", frame_exr, user, "image/x-exr",
           "The picture so far, all channels"},

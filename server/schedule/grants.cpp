@@ -85,7 +85,7 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   WorkerEntry::Part& part = place->second;
   if (fresh) part.begun = now;
   if (worker.leases.empty()) {
-    worker.advanced = now;
+    worker.advanced = worker.got_on = now;
     worker.busy_since = now;
   }
   worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples});

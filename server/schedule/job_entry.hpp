@@ -21,13 +21,17 @@ namespace tessera::server {
 /// A job as the scheduler knows it.
 struct JobEntry {
   JobEntry(JobId number, std::shared_ptr<const JobPlan> plan, std::uint32_t passes_ahead)
-      : id(number), priority(plan->spec.priority), tasks(std::move(plan), passes_ahead) {}
+      : id(number),
+        priority(plan->spec.priority),
+        max_workers(plan->spec.max_workers),
+        tasks(std::move(plan), passes_ahead) {}
 
   enum class State { open, paused, done, failed, cancelled };
 
   JobId id;
   State state = State::open;
   int priority;
+  int max_workers;  // 0: no limit
   TaskTable tasks;
   BlameTable blame;
   std::optional<Digest> build;  // of its first worker
@@ -62,10 +66,12 @@ struct JobEntry {
   [[nodiscard]] double weight() const { return std::exp2(priority / 5.0); }
   /// No other worker may be given leases of it.
   [[nodiscard]] bool full() const {
-    const int most = plan().spec.max_workers;
-    return most > 0 && at.size() >= static_cast<std::size_t>(most);
+    return max_workers > 0 && at.size() >= static_cast<std::size_t>(max_workers);
   }
-  [[nodiscard]] bool has_place_for(WorkerId worker) const { return !full() || at.contains(worker); }
+  /// Those that hold leases of it already go on, unless there are more of them than may be.
+  [[nodiscard]] bool has_place_for(WorkerId worker) const {
+    return !full() || (at.size() <= static_cast<std::size_t>(max_workers) && at.contains(worker));
+  }
   /// It has something to hand out, to whom it may.
   [[nodiscard]] bool has_work() { return !full() && has_open(); }
   [[nodiscard]] bool has_open() {

@@ -126,6 +126,26 @@ Actions Scheduler::set_priority(JobId job, int priority, Instant now) {
   return actions;
 }
 
+Actions Scheduler::set_max_workers(JobId job, int max_workers, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) {
+    entry->max_workers = max_workers;
+    state_->work_appeared = true;
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::set_focus(JobId job, const std::optional<Rect>& focus, Instant now) {
+  Actions actions;
+  if (JobEntry* entry = state_->live_job(job)) {
+    entry->tasks.set_focus(focus);
+    state_->work_appeared = true;
+  }
+  state_->settle(now, actions);
+  return actions;
+}
+
 void Scheduler::forget_job(JobId job) {
   const JobEntry* entry = state_->job(job);
   if (entry != nullptr && !entry->live()) state_->jobs.erase(job);

@@ -130,6 +130,8 @@ void Scheduler::State::begin_running(const WorkerEntry& worker, HeldLease& held,
 
 void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions) {
   const bool all = !worker.leases.begin()->second.runs;
+  if (all && worker.advanced + settings.stall > now)
+    return give_up_preparation(worker, now, actions);
   RevokeLeases revoke{worker.id, {}, "no progress for too long", true};
   for (const auto& [number, held] : worker.leases) {
     if (all || (held.runs && held.advanced + held.stall <= now)) revoke.leases.push_back(held.id);
@@ -188,6 +190,36 @@ void Scheduler::State::judge_preparation(JobEntry& job, const std::string& reaso
     job.unable.clear();
     work_appeared = true;
   }
+}
+
+void Scheduler::State::could_not_prepare(WorkerEntry& worker, JobEntry& job,
+                                         const std::string& reason, Instant now, Actions& actions) {
+  std::vector<HeldLease> given_back;
+  for (auto held = worker.leases.begin(); held != worker.leases.end();) {
+    const std::uint64_t number = (held++)->first;
+    if (worker.leases.at(number).job == job.id) given_back.push_back(end_lease(worker, number));
+  }
+  worker.parts.erase(job.id);
+  job.unable.insert(worker.info.identity);
+  job.unable_ever.insert(worker.info.identity);
+  ++job.unable_times;
+  job.unable_reason = reason;
+  rest(worker, now);
+  fault_of(worker, job.id, reason);
+  for (const HeldLease& held : given_back) put_back(job, held.task);
+  judge_preparation(job, reason, actions);
+}
+
+void Scheduler::State::give_up_preparation(WorkerEntry& worker, Instant now, Actions& actions) {
+  const JobId id = worker.leases.begin()->second.job;
+  const std::string reason =
+      fmt::format("its preparation did not get on for {:.0f} s", seconds(settings.preparation));
+  RevokeLeases revoke{worker.id, {}, reason, true};
+  for (const auto& [number, held] : worker.leases)
+    if (held.job == id) revoke.leases.push_back(held.id);
+  actions.emplace_back(std::move(revoke));
+  worker.got_on = now;  // what it may prepare next begins now
+  if (JobEntry* entry = live_job(id)) could_not_prepare(worker, *entry, reason, now, actions);
 }
 
 void Scheduler::State::offend(WorkerEntry& worker) {

@@ -4,6 +4,8 @@
 namespace tessera::server {
 
 /// A rate over the last few seconds: amounts and the time they took, older ones counting ever less.
+/// Known once they took long enough to be measured: a result that comes with its worker's `ready`
+/// says nothing of its speed.
 class Meter {
  public:
   /// `amount` took `seconds` ≥ 0.
@@ -13,17 +15,16 @@ class Meter {
     amount_ = amount_ * keep + amount;
     seconds_ = seconds_ * keep + seconds;
   }
-  [[nodiscard]] bool known() const { return amount_ > 0; }
+  [[nodiscard]] bool known() const { return amount_ > 0 && seconds_ >= least_time; }
   /// Amount a second, if nothing more has come for `idle` seconds since the last.
   [[nodiscard]] double rate(double idle = 0) const {
     const double keep = memory / (memory + idle);
-    const double time = seconds_ * keep + idle;
-    return known() ? amount_ * keep / (time > least_time ? time : least_time) : 0;
+    return known() ? amount_ * keep / (seconds_ * keep + idle) : 0;
   }
 
  private:
   static constexpr double memory = 5;  // seconds
-  static constexpr double least_time = 1e-6;
+  static constexpr double least_time = 0.01;
   double amount_ = 0, seconds_ = 0;
 };
 

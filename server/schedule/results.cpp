@@ -28,7 +28,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     owner->pace.add(static_cast<double>(ended.samples), took * std::max(1, entry->info.threads));
     entry->measured(now);
   }
-  entry->advanced = now;
+  entry->gets_on(now);
   entry->expired.clear();
   state_->touched.insert(worker);
 

@@ -37,6 +37,9 @@ struct SchedulerSettings {
   /// A lease that runs and gets no further for twenty times as long as it should take in all, but
   /// no less and no more than this, expires; where the worker was not measured, after the most.
   Duration stall_least = std::chrono::seconds(30), stall = std::chrono::minutes(5);
+  /// A preparation whose fraction has not grown for so long has failed, though its worker says that
+  /// it goes on: scenes may be large and networks slow, but not for ever.
+  Duration preparation = std::chrono::minutes(30);
   int passes_ahead = 3;  ///< no pass is leased this far or more beyond its tile's fold; 1 … 32
   double window_seconds = 1.0;  ///< work that a worker holds, by its measured speed
   int window_tasks_least = 2;   ///< … but so many tasks, that it never waits for the network
@@ -79,6 +82,11 @@ class Scheduler {
   Actions resume_job(JobId job, Instant now);
   /// The plan's priority counts until this is called.
   Actions set_priority(JobId job, int priority, Instant now);
+  /// So do its most of workers and its focus. Where more workers hold leases of it than it may
+  /// have, those finish what they hold.
+  Actions set_max_workers(JobId job, int max_workers, Instant now);
+  /// `focus` lies within the film. O(tiles log tiles).
+  Actions set_focus(JobId job, const std::optional<Rect>& focus, Instant now);
   /// Forgets a job that is done, failed or cancelled.
   void forget_job(JobId job);
 
@@ -96,7 +104,8 @@ class Scheduler {
   Actions worker_left(WorkerId worker, bool clean, Instant now);
   /// Any byte was received.
   void worker_heard(WorkerId worker, Instant now);
-  Actions worker_preparing(WorkerId worker, JobId job, Instant now);
+  /// `fraction`: how far it is, 0…1.
+  Actions worker_preparing(WorkerId worker, JobId job, double fraction, Instant now);
   Actions worker_ready(WorkerId worker, JobId job, Instant now);
   /// What of its leases it runs. After leases have expired the worker is granted nothing until this
   /// names none of them, or a result comes.
@@ -106,10 +115,8 @@ class Scheduler {
   /// are given back.
   Actions worker_failed(WorkerId worker, JobId job, std::optional<LeaseId> lease,
                         const std::string& reason, Instant now);
-  /// Grants it no more; it finishes what it holds.
+  /// Grants it no more; it finishes what it holds, and leaves.
   Actions drain_worker(WorkerId worker, Instant now);
-  /// It is granted tasks again.
-  Actions undrain_worker(WorkerId worker, Instant now);
   /// Grants it no more, also when it comes back, until it is released; its leases are revoked, and
   /// are nobody's fault.
   Actions quarantine_worker(WorkerId worker, const std::string& reason, Instant now);

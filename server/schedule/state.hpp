@@ -136,6 +136,11 @@ struct Scheduler::State {
   /// tasks.
   void rest(WorkerEntry& worker, Instant now);
   void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
+  /// All its leases of the job are given back, and it is not asked again while others are there.
+  void could_not_prepare(WorkerEntry& worker, JobEntry& job, const std::string& reason, Instant now,
+                         Actions& actions);
+  /// Its preparation does not get on.
+  void give_up_preparation(WorkerEntry& worker, Instant now, Actions& actions);
   void offend(WorkerEntry& worker);
   /// It failed where others do not: on tasks of different jobs, that bars it.
   void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);

@@ -7,9 +7,12 @@ namespace tessera::server {
 
 TaskTable::TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_ahead)
     : plan_(std::move(plan)),
+      ranks_(std::make_shared<const TileRanks>(plan_->grid, plan_->spec.order)),
       passes_ahead_(passes_ahead),
       frames_(plan_->spec.frames.count()),
-      finished_(frames_) {}
+      finished_(frames_) {
+  if (plan_->spec.focus) focus_.emplace(plan_->grid, *plan_->spec.focus);
+}
 
 std::uint32_t TaskTable::index_of(std::int32_t frame) const {
   const FrameRange& range = plan_->spec.frames;
@@ -24,8 +27,11 @@ std::int32_t TaskTable::number_of(std::uint32_t index) const {
 FrameTasks& TaskTable::begun(std::uint32_t index) {
   assert(!finished_[index]);
   const auto [place, fresh] =
-      begun_.try_emplace(index, plan_->grid.count(), plan_->passes.count(), passes_ahead_);
-  if (fresh) ready_.insert(index);
+      begun_.try_emplace(index, ranks_, plan_->passes.count(), passes_ahead_);
+  if (fresh) {
+    if (focus_) place->second.set_focus(focus_);
+    ready_.insert(index);
+  }
   return place->second;
 }
 
@@ -63,6 +69,12 @@ std::optional<TaskId> TaskTable::peek() {
     if (next_ == frames_) return std::nullopt;
     begun(next_++);
   }
+}
+
+void TaskTable::set_focus(const std::optional<Rect>& focus) {
+  focus_.reset();
+  if (focus) focus_.emplace(plan_->grid, *focus);
+  for (auto& [index, frame] : begun_) frame.set_focus(focus_);
 }
 
 bool TaskTable::take(const TaskId& task) {

@@ -29,6 +29,9 @@ class TaskTable {
 
   /// The next task to hand out.
   std::optional<TaskId> peek();
+  /// Tiles that touch this rectangle come first in every frame, as FrameTasks says. O(tiles log
+  /// tiles) for each frame that has begun.
+  void set_focus(const std::optional<Rect>& focus);
   /// False if it is not open.
   bool take(const TaskId& task);
   void reopen(const TaskId& task);
@@ -48,6 +51,8 @@ class TaskTable {
   FrameTasks& begun(std::uint32_t index);
 
   std::shared_ptr<const JobPlan> plan_;
+  std::shared_ptr<const TileRanks> ranks_;
+  std::optional<FocusTiles> focus_;
   std::uint32_t passes_ahead_;
   std::uint32_t frames_;
   std::map<std::uint32_t, FrameTasks> begun_;  // by index, finished ones left out

@@ -27,12 +27,16 @@ struct HeldLease {
 /// A connected worker as the scheduler knows it.
 struct WorkerEntry {
   WorkerEntry(WorkerId number, WorkerInfo said, Instant now)
-      : id(number), info(std::move(said)), heard(now), advanced(now) {}
+      : id(number), info(std::move(said)), heard(now), advanced(now), got_on(now) {}
+
+  /// It lives, and what it has to do gets on.
+  void gets_on(Instant now) { heard = advanced = got_on = now; }
 
   /// What it has to do with one job.
   struct Part {
     Instant begun{};                // its first lease
     bool ready = false;             // the scene is built
+    double fraction = 0;            // of its preparation, as last said
     std::int64_t samples_held = 0;  // of its leases
     Meter speed;                    // samples a second
   };
@@ -52,10 +56,11 @@ struct WorkerEntry {
   std::int64_t tasks_done = 0;
   int errors_in_row = 0;
 
-  Instant heard;                 // last byte
-  Instant advanced;              // last time that any of its leases got on
-  Instant busy_since{};          // up to where its speed has been measured
-  Instant reported{};            // last progress
+  Instant heard;         // last byte
+  Instant advanced;      // last time that any of its leases got on, or it said that it prepares
+  Instant got_on;        // … or its preparation did
+  Instant busy_since{};  // up to where its speed has been measured
+  Instant reported{};    // last progress
   std::optional<Instant> rests;  // after errors: granted nothing until then
   std::optional<Instant> timer;  // when it is to be looked at
 
@@ -90,7 +95,8 @@ struct WorkerEntry {
       if (!held.runs) break;
       instant = std::min(instant, held.advanced + held.stall);
     }
-    return instant == Instant::max() ? advanced + settings.stall : instant;
+    if (instant != Instant::max()) return instant;
+    return std::min(advanced + settings.stall, got_on + settings.preparation);
   }
   /// When something becomes due if nothing more is heard.
   [[nodiscard]] Instant due(const SchedulerSettings& settings) const {

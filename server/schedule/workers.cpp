@@ -102,11 +102,14 @@ void Scheduler::worker_heard(WorkerId worker, Instant now) {
   if (WorkerEntry* entry = state_->worker(worker)) entry->heard = now;
 }
 
-Actions Scheduler::worker_preparing(WorkerId worker, JobId job, Instant now) {
-  static_cast<void>(job);
-  if (WorkerEntry* entry = state_->worker(worker)) {
-    entry->heard = now;
-    entry->advanced = now;
+Actions Scheduler::worker_preparing(WorkerId worker, JobId job, double fraction, Instant now) {
+  WorkerEntry* entry = state_->worker(worker);
+  if (entry == nullptr) return {};
+  entry->heard = entry->advanced = now;
+  const auto part = entry->parts.find(job);
+  if (part != entry->parts.end() && fraction > part->second.fraction) {
+    part->second.fraction = fraction;
+    entry->got_on = now;
   }
   return {};
 }
@@ -121,7 +124,7 @@ Actions Scheduler::worker_ready(WorkerId worker, JobId job, Instant now) {
     part->second.ready = true;
     if (JobEntry* entry_of_job = state_->live_job(job))
       entry_of_job->prepared_in(seconds(now - part->second.begun));
-    entry->advanced = now;
+    entry->gets_on(now);
     const bool others_run =
         std::any_of(entry->leases.begin(), entry->leases.end(), [&](const auto& lease) {
           return lease.second.job != job && entry->parts[lease.second.job].ready;
@@ -146,7 +149,7 @@ Actions Scheduler::worker_progress(WorkerId worker,
     if (fraction <= held->second.fraction) continue;
     held->second.fraction = fraction;
     held->second.advanced = now;
-    entry->advanced = now;
+    entry->gets_on(now);
     entry->reported = now;
   }
   for (auto& [number, held] : entry->leases) {
@@ -187,21 +190,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
       }
     }
   } else if (failed != nullptr && entry->parts.contains(job)) {
-    std::vector<HeldLease> given_back;
-    for (auto held = entry->leases.begin(); held != entry->leases.end();) {
-      const std::uint64_t number = (held++)->first;
-      if (entry->leases.at(number).job == job)
-        given_back.push_back(state_->end_lease(*entry, number));
-    }
-    entry->parts.erase(job);
-    failed->unable.insert(identity);
-    failed->unable_ever.insert(identity);
-    ++failed->unable_times;
-    failed->unable_reason = reason;
-    state_->rest(*entry, now);
-    state_->fault_of(*entry, job, reason);
-    for (const HeldLease& held : given_back) state_->put_back(*failed, held.task);
-    state_->judge_preparation(*failed, reason, actions);
+    state_->could_not_prepare(*entry, *failed, reason, now, actions);
   }
   state_->settle(now, actions);
   return actions;
@@ -212,16 +201,6 @@ Actions Scheduler::drain_worker(WorkerId worker, Instant now) {
   if (WorkerEntry* entry = state_->worker(worker)) {
     entry->draining = true;
     state_->unreserve(*entry);
-    state_->touched.insert(worker);
-  }
-  state_->settle(now, actions);
-  return actions;
-}
-
-Actions Scheduler::undrain_worker(WorkerId worker, Instant now) {
-  Actions actions;
-  if (WorkerEntry* entry = state_->worker(worker)) {
-    entry->draining = false;
     state_->touched.insert(worker);
   }
   state_->settle(now, actions);

@@ -104,8 +104,8 @@ struct Tally {
   double cpu_seconds = 0;
 };
 
-/// A job as it is kept. Everything but id and spec may change, and of the spec the samples; the
-/// state's words are those of JobView.
+/// A job as it is kept. Everything but id may change, of the spec the samples and what JobChange
+/// holds; the state's words are those of JobView.
 struct JobRecord {
   JobId id = 0;
   JobSpec spec;

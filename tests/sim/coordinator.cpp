@@ -114,7 +114,7 @@ void Coordinator::hello(const Link& link, const server::WorkerInfo& info) {
 
 void Coordinator::preparing(const Link& link, JobId job) {
   if (!heard(link)) return;
-  apply(scheduler_->worker_preparing(link->known_as, job, world_.events.now()));
+  apply(scheduler_->worker_preparing(link->known_as, job, 0, world_.events.now()));
 }
 
 void Coordinator::ready(const Link& link, JobId job) {

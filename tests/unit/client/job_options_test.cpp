@@ -29,6 +29,46 @@ TEST(JobOptions, what_is_not_given_is_the_scenes) {
   EXPECT_EQ(spec.frames, FrameRange{});
 }
 
+TEST(JobOptions, a_focus_is_a_geometry) {
+  EXPECT_EQ(focus_from("256x128+640+300"), (Rect{640, 300, 256, 128}));
+  for (const char* wrong : {"", "256x128", "256x128+640", "256x128-1+3", "1x1+2+3+4", "ax1+2+3",
+                            "99999999999x1+0+0", "1x1++2+3", " 1x1+2+3", "none"})
+    EXPECT_THROW(focus_from(wrong), Error) << wrong;
+  JobOptions options;
+  options.focus = focus_from("2x2+39+0");
+  try {
+    job_from(scene_of(), options, Digest{});
+    ADD_FAILURE() << "it is not within the film";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.place().key, "--focus");
+  }
+}
+
+TEST(JobOptions, a_time_is_seconds_or_units) {
+  EXPECT_EQ(time_from("90"), 90);
+  EXPECT_EQ(time_from("90s"), 90);
+  EXPECT_EQ(time_from("10m"), 600);
+  EXPECT_EQ(time_from("1h30m"), 5400);
+  EXPECT_EQ(time_from("2d1h1m1s"), 176461);
+  for (const char* wrong :
+       {"", "0", "m", "1.5h", "30m1h", "1m1m", "10 m", "-5", "10x", "1h30", "99999999999"})
+    EXPECT_THROW(time_from(wrong), Error) << wrong;
+}
+
+TEST(JobOptions, an_order_has_a_name) {
+  JobOptions options;
+  options.order = "center";
+  EXPECT_EQ(job_from(scene_of(), options, Digest{}).order, TileOrder::center);
+  options.order = "centre";
+  try {
+    job_from(scene_of(), options, Digest{});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.place().key, "--order");
+    EXPECT_NE(error.message().find("did you mean \"center\""), std::string::npos);
+  }
+}
+
 TEST(JobOptions, what_is_given_wins) {
   JobOptions options;
   options.name = "Mine";
@@ -45,11 +85,17 @@ TEST(JobOptions, what_is_given_wins) {
   options.tile = 23;
   options.pass = 12;
   options.priority = -3;
+  options.max_workers = 6;
+  options.time_limit_seconds = 90;
+  options.focus = Rect{1, 2, 3, 4};
   options.mixed = true;
   const JobSpec spec = job_from(scene_of(), options, Digest{});
   EXPECT_EQ(spec.name, "Mine");
   EXPECT_EQ(spec.camera, "right");
   EXPECT_EQ(spec.render.width, 250);
+  EXPECT_EQ(spec.max_workers, 6);
+  EXPECT_EQ(spec.time_limit_seconds, 90);
+  EXPECT_EQ(spec.focus, (Rect{1, 2, 3, 4}));
   EXPECT_EQ(spec.render.height, 131);
   EXPECT_EQ(spec.render.samples, 100);
   EXPECT_EQ(spec.render.bounces, 0);

@@ -106,10 +106,24 @@ TEST_F(ApiTest, AJobIsPausedResumedAndGivenAPriority) {
   EXPECT_EQ(job["priority"], -5);
 }
 
+TEST_F(ApiTest, AFocusIsSetMovedAndTakenAwayAndSoIsTheMostOfWorkers) {
+  coordinator.add(1);
+  const Json focus = {{"x", 1}, {"y", 2}, {"width", 3}, {"height", 4}};
+  Json job = json(ask("PATCH", "/v1/jobs/1", Json{{"focus", focus}, {"max_workers", 3}}.dump()));
+  EXPECT_EQ(job["focus"], focus);
+  EXPECT_EQ(job["max_workers"], 3);
+  job = json(ask("PATCH", "/v1/jobs/1", R"({"priority":2})"));
+  EXPECT_EQ(job["focus"], focus) << "what is not named stays";
+  EXPECT_EQ(job["max_workers"], 3);
+  job = json(ask("PATCH", "/v1/jobs/1", R"({"focus":null})"));
+  EXPECT_TRUE(job["focus"].is_null());
+}
+
 TEST_F(ApiTest, AChangeThatIsWrongInOnePartChangesNothing) {
   coordinator.add(1);
   for (const char* body : {R"({"priority":5,"state":"done"})", R"({"priority":5,"samples":9})",
-                           R"({"priority":101})", "{}", "[]"})
+                           R"({"priority":101})", R"({"max_workers":-1})", R"({"focus":{"x":1}})",
+                           R"({"focus":{"x":0,"y":0,"width":99999,"height":1}})", "{}", "[]"})
     EXPECT_EQ(ask("PATCH", "/v1/jobs/1", body).status, 400U) << body;
   EXPECT_THAT(coordinator.calls, IsEmpty());
 }

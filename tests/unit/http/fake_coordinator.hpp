@@ -87,9 +87,17 @@ class FakeCoordinator : public Coordinator {
   boost::asio::awaitable<void> cancel(JobId id) override { co_return change(id, "cancelled"); }
   boost::asio::awaitable<void> pause(JobId id) override { co_return change(id, "paused"); }
   boost::asio::awaitable<void> resume(JobId id) override { co_return change(id, "rendering"); }
-  boost::asio::awaitable<void> set_priority(JobId id, int priority) override {
-    calls.push_back("priority " + std::to_string(priority));
-    known.at(id).view.priority = priority;  // the plan keeps the one that was submitted
+  boost::asio::awaitable<void> change(JobId id, JobChange change) override {
+    JobStatus& status = known.at(id);
+    JobSpec spec = status.plan->spec;
+    if (change.priority) {
+      calls.push_back("priority " + std::to_string(*change.priority));
+      status.view.priority = *change.priority;  // the plan keeps the one that was submitted
+    }
+    if (change.max_workers) spec.max_workers = *change.max_workers;
+    if (change.focus && *change.focus) check_focus(**change.focus, spec.render);
+    if (change.focus) spec.focus = *change.focus;
+    status.plan = std::make_shared<const JobPlan>(spec);
     co_return;
   }
 

@@ -66,7 +66,43 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
   spec.pass = 1024;
   spec.aov_samples = 64;
   spec.mixed = true;
+  spec.max_workers = 9;
+  spec.order = TileOrder::center;
+  spec.focus = Rect{.x = 0, .y = 65535, .width = 1, .height = 1};
+  spec.frames = {.first = -3, .last = -3, .step = 4};
+  spec.time_limit_seconds = 90.5;
   EXPECT_EQ(job_spec_from_json(parse_json(to_json(spec).dump(), "job")), spec);
+}
+
+TEST(JobSpec, refuses_an_order_a_focus_or_a_time_limit_that_cannot_be) {
+  EXPECT_THAT(refusal([](JobSpec& spec) {
+                spec.focus = Rect{249, 130, 2, 1};
+              }),
+              HasSubstr("focus.width"));
+  EXPECT_EQ(refusal([](JobSpec& spec) { spec.focus = Rect{249, 130, 1, 1}; }), "");
+  EXPECT_THAT(refusal([](JobSpec& spec) { spec.time_limit_seconds = -1; }),
+              HasSubstr("time_limit_seconds"));
+  EXPECT_THAT(refusal([](JobSpec& spec) {
+                spec.time_limit_seconds = 1;
+                spec.frames.last = 2;
+              }),
+              HasSubstr("one frame"));
+  nlohmann::json json = to_json(some_spec());
+  json["order"] = "hilbret";
+  EXPECT_THAT(refusal(json), HasSubstr("did you mean \"hilbert\"?"));
+  json = to_json(some_spec());
+  json["focus"] = {{"x", 0}, {"y", 0}, {"width", 0}, {"height", 4}};
+  EXPECT_THAT(refusal(json), HasSubstr("focus.width"));
+}
+
+TEST(JobSpec, when_and_by_whom_it_is_rendered_is_no_part_of_its_plan) {
+  const Digest digest = JobPlan(some_spec()).digest;
+  JobSpec spec = some_spec();
+  spec.order = TileOrder::scanline;
+  spec.focus = Rect{1, 2, 3, 4};
+  spec.time_limit_seconds = 10;
+  spec.max_workers = 2;
+  EXPECT_EQ(JobPlan(spec).digest, digest);
 }
 
 TEST(JobSpec, takes_the_documented_defaults) {
@@ -78,6 +114,9 @@ TEST(JobSpec, takes_the_documented_defaults) {
   EXPECT_EQ(spec.render.sampler, "sobol_owen");
   EXPECT_EQ(spec.tile, 64);
   EXPECT_EQ(spec.pass, 256);
+  EXPECT_EQ(spec.order, TileOrder::hilbert);
+  EXPECT_EQ(spec.focus, std::nullopt);
+  EXPECT_EQ(spec.time_limit_seconds, 0);
   EXPECT_EQ(spec.aov_samples, 16);
   EXPECT_EQ(spec.frames.count(), 1U);
   EXPECT_FALSE(spec.mixed);

@@ -63,6 +63,17 @@ TEST_F(ScheduleTest, TheWindowFollowsTheMeasuredSpeed) {
   EXPECT_NEAR(*view.eta_seconds, 1800 / 50.0, 2);
 }
 
+TEST_F(ScheduleTest, AResultThatComesWithReadySaysNothingOfASpeed) {
+  add(1, spec(2000, 1));
+  const WorkerId worker = join("a");
+  ready(worker);
+  finish_one(worker);
+  EXPECT_EQ(held_[worker].size(), 2U);
+  pass(0.5);
+  finish_one(worker);
+  EXPECT_LE(held_[worker].size(), 5U) << "four a second, as far as is known";
+}
+
 TEST_F(ScheduleTest, TheNextFrameBeginsWhereTheFirstHasNothingToGive) {
   add(1, spec(1, 1, {10, 20, 5}));
   const WorkerId worker = join("a");

@@ -167,17 +167,46 @@ TEST_F(QuarantineTest, APersonQuarantinesAndReleases) {
   EXPECT_EQ(held_[a].size(), 2U);
 }
 
-TEST_F(QuarantineTest, ADrainCanBeTakenBack) {
-  add(1, spec(10, 1));
-  const WorkerId a = join("a");
-  ready(a);
-  take(scheduler_.drain_worker(a, now_));
-  finish_one(a);
-  finish_one(a);
-  EXPECT_TRUE(held_[a].empty());
-  take(scheduler_.undrain_worker(a, now_));
-  EXPECT_FALSE(held_[a].empty());
-  EXPECT_EQ(view(a).state, "rendering");
+TEST_F(QuarantineTest, APreparationThatDoesNotGetOnFailsThoughItsWorkerSaysThatItGoesOn) {
+  add(1, spec(4, 1));
+  const WorkerId hung = join("hung");
+  const double limit = seconds(settings_.preparation);
+  const auto says_preparing = [&](double until, double fraction) {
+    for (double waited = 0; waited < until; waited += 2) {
+      take(scheduler_.worker_preparing(hung, 1, fraction, now_));
+      pass(2);
+    }
+  };
+  says_preparing(limit - 4, 0.1);
+  says_preparing(limit - 4, 0.2);
+  EXPECT_EQ(held_[hung].size(), 2U) << "it got on in between";
+  const WorkerId other = join("other");
+  ASSERT_EQ(held_[other].size(), 2U);
+  while (!held_[other].empty()) finish_one(other);
+  take(scheduler_.drain_worker(other, now_));
+  EXPECT_TRUE(revoked_.empty());
+  says_preparing(8, 0.2);
+  EXPECT_EQ(revoked_.size(), 2U);
+  EXPECT_TRUE(failed_.empty());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(held_[hung].size(), 2U) << "nobody else is there: it is asked again";
+    says_preparing(limit + 8, 0.2);
+  }
+  EXPECT_THAT(failed_[1], HasSubstr("did not get on for 1800 s"));
+}
+
+TEST_F(QuarantineTest, AHungPreparationIsForAnotherWorker) {
+  add(1, spec(2, 1));
+  const WorkerId hung = join("hung");
+  const WorkerId other = join("other");
+  EXPECT_TRUE(held_[other].empty());
+  for (double waited = 0; waited < seconds(settings_.preparation) + 4; waited += 2) {
+    take(scheduler_.worker_preparing(hung, 1, 0, now_));
+    scheduler_.worker_heard(other, now_);
+    pass(2);
+  }
+  EXPECT_TRUE(held_[hung].empty());
+  EXPECT_EQ(held_[other].size(), 2U);
 }
 
 }  // namespace

@@ -97,7 +97,11 @@ TEST(Jobs, PausedOneIsGrantedNothingUntilItIsResumedAlsoOverARestart) {
   const auto first = [&]() -> awaitable<void> {
     id = co_await farm.coordinator->submit(spec);
     co_await farm.coordinator->pause(id);
-    co_await farm.coordinator->set_priority(id, 7);
+    JobChange change;
+    change.priority = 7;
+    change.max_workers = 3;
+    change.focus = Rect{16, 0, 20, 9};
+    co_await farm.coordinator->change(id, change);
     co_await farm.halt();
   };
   farm.run(first());
@@ -107,6 +111,15 @@ TEST(Jobs, PausedOneIsGrantedNothingUntilItIsResumedAlsoOverARestart) {
   const auto second = [&]() -> awaitable<void> {
     EXPECT_EQ(farm.coordinator->job(id)->view.state, "paused");
     EXPECT_EQ(farm.coordinator->job(id)->view.priority, 7);
+    EXPECT_EQ(farm.coordinator->job(id)->plan->spec.max_workers, 3);
+    EXPECT_EQ(farm.coordinator->job(id)->plan->spec.focus, (Rect{16, 0, 20, 9}));
+    JobChange wrong;
+    wrong.priority = 9;
+    wrong.focus = Rect{16, 0, 25, 9};
+    const auto beyond = co_await error_of(farm.coordinator->change(id, wrong));
+    EXPECT_EQ(beyond.first, ErrorKind::bad_input);
+    EXPECT_THAT(beyond.second, HasSubstr("focus.width"));
+    EXPECT_EQ(farm.coordinator->job(id)->view.priority, 7) << "all of a change or nothing";
     co_await worker.connect(farm);
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
     co_await worker.work([&] { return std::chrono::steady_clock::now() > until; });
