@@ -11,6 +11,7 @@ namespace {
 /// So many seconds of a worker does a job that it has prepared (or is preparing) go before a job
 /// that is owed more: scenes are not built twice for the sake of a moment's fairness.
 constexpr double loyalty_seconds = 10;
+constexpr Duration settling = std::chrono::seconds(10);
 
 }  // namespace
 
@@ -83,7 +84,13 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   const std::int64_t samples = job.tasks.samples(task);
   const auto [place, fresh] = worker.parts.try_emplace(job.id);
   WorkerEntry::Part& part = place->second;
-  if (fresh) part.begun = now;
+  if (fresh) {
+    part.begun = now;
+    const double others = static_cast<double>(job.at.size());
+    // Those who come with the job are its workers, and no change of them.
+    if (job.granted && worker.joined > job.begun + settling && others > 0)
+      job.changes += 1 / ((others + 1) * (others + 1));
+  }
   if (worker.leases.empty()) {
     worker.advanced = worker.got_on = now;
     worker.busy_since = now;
@@ -109,7 +116,7 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   ++job.at[worker.id];
   idlers.erase(worker.id);
   if (!job.build) job.build = worker.info.build_id;
-  if (!job.granted) job.progress_mark = now;
+  if (!job.granted) job.progress_mark = job.begun = now;
   job.granted = true;
   timers.arm(worker, worker.due(settings));
   actions.emplace_back(GrantLease{worker.id, lease, job.id, task});

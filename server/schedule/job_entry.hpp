@@ -15,6 +15,7 @@
 #include "server/schedule/task_table.hpp"
 #include "server/schedule/tasks_out.hpp"
 #include "server/schedule/views.hpp"
+#include "server/schedule/work_left.hpp"
 
 namespace tessera::server {
 
@@ -24,6 +25,7 @@ struct JobEntry {
       : id(number),
         priority(plan->spec.priority),
         max_workers(plan->spec.max_workers),
+        left(*plan),
         tasks(std::move(plan), passes_ahead) {}
 
   enum class State { open, paused, done, failed, cancelled };
@@ -32,6 +34,7 @@ struct JobEntry {
   State state = State::open;
   int priority;
   int max_workers;  // 0: no limit
+  WorkLeft left;
   TaskTable tasks;
   BlameTable blame;
   std::optional<Digest> build;  // of its first worker
@@ -57,6 +60,8 @@ struct JobEntry {
   double preparation_seconds = 0;  // from a worker's first lease to its ready, smoothed
   Meter progress;                  // samples a second, all workers
   Instant progress_mark{};         // up to where `progress` has been told
+  Instant begun{};                 // its first lease, in this epoch
+  double changes = 0, losses = 0;  // as Pace says
 
   [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
   /// Not ended: results are taken.

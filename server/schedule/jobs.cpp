@@ -73,7 +73,8 @@ Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Insta
 
 void Scheduler::restore_closed(JobId job, const TaskId& task) {
   JobEntry* entry = state_->live_job(job);
-  if (entry != nullptr && entry->plan().contains(task)) entry->tasks.close(task);
+  if (entry == nullptr || !entry->plan().contains(task)) return;
+  if (entry->tasks.close(task)) entry->left.closed(task.tile, entry->tasks.samples(task));
 }
 
 void Scheduler::restore_build(JobId job, const Digest& build) {

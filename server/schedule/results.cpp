@@ -25,6 +25,9 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     WorkerEntry::Part& part = entry->parts[job];
     part.ready = true;
     part.speed.add(static_cast<double>(ended.samples), took);
+    part.power.add(owner->left.cost(task.tile) * static_cast<double>(ended.samples), took);
+    if (part.power.known())
+      owner->left.measured(task.tile, ended.samples, took * part.power.rate());
     owner->pace.add(static_cast<double>(ended.samples), took * std::max(1, entry->info.threads));
     entry->measured(now);
   }
@@ -112,7 +115,7 @@ Actions Scheduler::result_durable(WorkerId worker, const LeaseId& lease, JobId j
     const auto journaled = owner->journaling.find(task);
     if (journaled != owner->journaling.end() && journaled->second == lease) {
       owner->journaling.erase(journaled);
-      owner->tasks.close(task);
+      if (owner->tasks.close(task)) owner->left.closed(task.tile, owner->tasks.samples(task));
       owner->blame.clear(task);
       owner->progress.add(static_cast<double>(samples), seconds(now - owner->progress_mark));
       owner->progress_mark = now;
@@ -128,7 +131,11 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   Actions actions;
   JobEntry* owner = state_->live_job(job);
   if (owner == nullptr || !owner->plan().contains({frame, tile, 0})) return actions;
+  const std::int64_t before = owner->tasks.samples_closed();
   const TaskTable::Folded finished = owner->tasks.fold(frame, tile, passes);
+  // From what is older than the journal.
+  const std::int64_t closed = owner->tasks.samples_closed() - before;
+  if (closed > 0) owner->left.closed(tile, closed);
   if (finished != TaskTable::Folded::nothing) state_->work_appeared = true;
   if (finished == TaskTable::Folded::frame || finished == TaskTable::Folded::job) {
     actions.emplace_back(FrameFinished{job, frame});

@@ -71,7 +71,8 @@ std::string state_of(const JobEntry& job) {
   return "done";
 }
 
-JobView view_of(const JobEntry& job, std::string waiting_for, Instant now) {
+JobView view_of(const JobEntry& job, std::string waiting_for, const std::optional<Pace>& pace,
+                Instant now) {
   JobView view;
   view.id = job.id;
   view.state = state_of(job);
@@ -86,9 +87,11 @@ JobView view_of(const JobEntry& job, std::string waiting_for, Instant now) {
   view.build = job.build;
   if (job.state == JobEntry::State::open && job.progress.known()) {
     view.samples_per_second = job.progress.rate(seconds(now - job.progress_mark));
-    if (view.samples_per_second > 0) {
-      view.eta_seconds =
-          static_cast<double>(view.samples - view.samples_done) / view.samples_per_second;
+    if (pace) {
+      const TimeToFinish time = time_to_finish(*pace);
+      view.eta_seconds = time.expected;
+      view.eta_low_seconds = time.low;
+      view.eta_high_seconds = time.high;
     }
   }
   return view;
@@ -114,14 +117,14 @@ std::vector<WorkerView> Scheduler::workers(Instant now) const {
 std::optional<JobView> Scheduler::job(JobId job, Instant now) const {
   const JobEntry* entry = state_->job(job);
   if (entry == nullptr) return std::nullopt;
-  return view_of(*entry, state_->waiting_for(*entry), now);
+  return view_of(*entry, state_->waiting_for(*entry), state_->pace_of(*entry, now), now);
 }
 
 std::vector<JobView> Scheduler::jobs(Instant now) const {
   std::vector<JobView> views;
   views.reserve(state_->jobs.size());
   for (const auto& [id, entry] : state_->jobs)
-    views.push_back(view_of(entry, state_->waiting_for(entry), now));
+    views.push_back(view_of(entry, state_->waiting_for(entry), state_->pace_of(entry, now), now));
   return views;
 }
 

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/schedule/finish.hpp"
 #include "server/schedule/job_entry.hpp"
 #include "server/schedule/lease_numbers.hpp"
 #include "server/schedule/scheduler.hpp"
@@ -145,6 +146,10 @@ struct Scheduler::State {
   /// It failed where others do not: on tasks of different jobs, that bars it.
   void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);
   void bar(WorkerEntry& worker, const std::string& reason);
+
+  // ---- pace.cpp ----
+  /// What is known of how fast it gets on; nothing while no speed is. O(leases of its workers).
+  [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, Instant now) const;
 
   // ---- waiting.cpp ----
   /// Why a job has work and none of it is out; empty if there is no such reason.

@@ -37,6 +37,7 @@ struct JobView {
   std::int64_t samples = 0, samples_done = 0;  ///< pixels × samples
   double samples_per_second = 0;               ///< of all its workers at present
   std::optional<double> eta_seconds;
+  std::optional<double> eta_low_seconds, eta_high_seconds;  ///< hold the truth four times in five
   std::string error;
   std::string waiting_for;  ///< why it has work and none of it is out; empty: no such reason
   int priority = 0;

@@ -27,7 +27,7 @@ struct HeldLease {
 /// A connected worker as the scheduler knows it.
 struct WorkerEntry {
   WorkerEntry(WorkerId number, WorkerInfo said, Instant now)
-      : id(number), info(std::move(said)), heard(now), advanced(now), got_on(now) {}
+      : id(number), info(std::move(said)), joined(now), heard(now), advanced(now), got_on(now) {}
 
   /// It lives, and what it has to do gets on.
   void gets_on(Instant now) { heard = advanced = got_on = now; }
@@ -39,6 +39,7 @@ struct WorkerEntry {
     double fraction = 0;            // of its preparation, as last said
     std::int64_t samples_held = 0;  // of its leases
     Meter speed;                    // samples a second
+    Meter power{20};                // work a second, in the units of WorkLeft
   };
 
   WorkerId id;
@@ -54,6 +55,7 @@ struct WorkerEntry {
   std::set<LeaseId> expired;
   std::map<JobId, Part> parts;
   std::int64_t tasks_done = 0;
+  Instant joined;
   int errors_in_row = 0;
 
   Instant heard;         // last byte

@@ -44,6 +44,12 @@ void Scheduler::State::disconnect(WorkerId id, bool blame, Instant now, Actions&
     group->second.erase(id);
     if (group->second.empty()) hungry.erase(group);
   }
+  for (JobEntry* entry : order) {
+    const double others = static_cast<double>(entry->at.size());
+    if (!entry->at.contains(id)) continue;
+    entry->changes += 1 / (others * others);
+    entry->losses += 1 / others;
+  }
   const std::set<JobId> unprepared = blame ? in_preparation(gone) : std::set<JobId>{};
   give_back_all(gone, blame, actions);
   for (const JobId job : unprepared) {

@@ -52,7 +52,7 @@ class Store {
   // ---- jobs: durable on return ----
   /// Keeps a new job and gives it its id; `record.id` is ignored.
   JobId put_job(const JobRecord& record);
-  /// Replaces all but id, spec and extended_from. Throws Error{not_found}.
+  /// Replaces all but id and extended_from. Throws Error{not_found}.
   void update_job(const JobRecord& record);
   /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
   /// more. Throws Error{not_found}.

@@ -1,0 +1,31 @@
+#pragma once
+
+namespace tessera::server {
+
+/// When a job is done, from now, in seconds: what is expected, and an interval that holds the truth
+/// four times in five.
+struct TimeToFinish {
+  double expected = 0;
+  double low = 0, high = 0;
+};
+
+/// What is known of a job that is being rendered. Work is in the units of WorkLeft.
+struct Pace {
+  double work = 0;          ///< left, without what is done of running tasks
+  double power = 0;         ///< work a second, of all workers that hold leases of it; > 0
+  double workers = 1;       ///< how many those are
+  double task_seconds = 0;  ///< what a task of its largest pass takes an average worker
+  double spread = 0;        ///< of the tiles' costs: standard deviation over mean
+  double elapsed = 0;       ///< seconds since its first lease
+  /// Σ over workers that came or went since: the square of their share of all.
+  double changes = 0;
+  double losses = 0;  ///< Σ over workers that went: their share
+};
+
+/// Pure. What is left at the present power; then the tail, in which workers run dry; the interval's
+/// width from how the number of workers has changed so far, and from how far single tasks can be
+/// off. Its constants are fitted to simulated jobs, and tests/sim holds it to its promise on
+/// others.
+TimeToFinish time_to_finish(const Pace& pace);
+
+}  // namespace tessera::server
