@@ -2,9 +2,9 @@
 // a ray outside it, and what a second thread brings. Prints lines "name value unit".
 //
 // The share is measured by sampling the program counter (SIGPROF) and asking whether it stands
-// inside libembree's text; it is checked by recording rays and asking Embree for them again with
-// nothing in between. Recording goes through the linker's
-// --wrap, so that the renderer measured is the one that ships.
+// inside libembree's text; it is checked by recording the rays that reach Embree and asking for
+// them again with nothing in between. Recording goes through the linker's --wrap, so that the
+// renderer measured is the one that ships.
 #include <fmt/format.h>
 #include <link.h>
 #include <signal.h>
@@ -24,6 +24,7 @@
 #include "common/base/error.hpp"
 #include "common/base/thread_clock.hpp"
 #include "common/scene/scene_file.hpp"
+#include "worker/accel/embree.hpp"
 #include "worker/render/render_task.hpp"
 #include "worker/scene/build.hpp"
 
@@ -32,29 +33,47 @@ using namespace tessera;
 namespace {
 
 struct RecordedRay {
-  accel::Ray ray;
-  bool any = false;
+  RTCScene scene;
+  RTCRayHit ray;
+  bool any;  ///< it was asked whether it meets anything at all
 };
 bool recording = false;
 std::vector<RecordedRay> recorded;
 
+void record(RTCScene scene, const RTCRayHit& ray) {
+  if (recording) recorded.push_back({scene, ray, false});
+}
+void record(RTCScene scene, const RTCRay& ray) {
+  if (recording) recorded.push_back({scene, {.ray = ray}, true});
+}
+
 }  // namespace
 
-// The linker sends calls of accel::Scene::intersect and ::occluded here, and ours to the real ones.
+// The linker sends the renderer's calls of Embree here, and ours to Embree.
 extern "C" {
-accel::Hit __real__ZNK7tessera5accel5Scene9intersectERKNS0_3RayE(const accel::Scene*,
-                                                                 const accel::Ray&);
-bool __real__ZNK7tessera5accel5Scene8occludedERKNS0_3RayE(const accel::Scene*, const accel::Ray&);
-accel::Hit __wrap__ZNK7tessera5accel5Scene9intersectERKNS0_3RayE(const accel::Scene* scene,
-                                                                 const accel::Ray& ray) {
-  if (recording) recorded.push_back({ray, false});
-  return __real__ZNK7tessera5accel5Scene9intersectERKNS0_3RayE(scene, ray);
+#if RTC_VERSION_MAJOR >= 4
+void __real_rtcIntersect1(RTCScene, RTCRayHit*, RTCIntersectArguments*);
+void __real_rtcOccluded1(RTCScene, RTCRay*, RTCOccludedArguments*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* ray, RTCIntersectArguments* arguments) {
+  record(scene, *ray);
+  __real_rtcIntersect1(scene, ray, arguments);
 }
-bool __wrap__ZNK7tessera5accel5Scene8occludedERKNS0_3RayE(const accel::Scene* scene,
-                                                          const accel::Ray& ray) {
-  if (recording) recorded.push_back({ray, true});
-  return __real__ZNK7tessera5accel5Scene8occludedERKNS0_3RayE(scene, ray);
+void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments) {
+  record(scene, *ray);
+  __real_rtcOccluded1(scene, ray, arguments);
 }
+#else
+void __real_rtcIntersect1(RTCScene, RTCIntersectContext*, RTCRayHit*);
+void __real_rtcOccluded1(RTCScene, RTCIntersectContext*, RTCRay*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* ray) {
+  record(scene, *ray);
+  __real_rtcIntersect1(scene, context, ray);
+}
+void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
+  record(scene, *ray);
+  __real_rtcOccluded1(scene, context, ray);
+}
+#endif
 }
 
 namespace {
@@ -216,7 +235,14 @@ void replay(const std::string& name, const render::Scene& scene) {
   for (int round = 0; round < 3; ++round) {
     const double began = thread_cpu_seconds();
     for (const RecordedRay& one : recorded) {
-      met += one.any ? scene.accel.occluded(one.ray) : scene.accel.intersect(one.ray).any();
+      RTCRayHit ray = one.ray;
+      if (one.any) {
+        accel::embree::occluded(one.scene, ray.ray);
+        met += ray.ray.tfar < 0;
+      } else {
+        accel::embree::intersect(one.scene, ray);
+        met += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+      }
     }
     seconds_of.push_back(thread_cpu_seconds() - began);
   }
