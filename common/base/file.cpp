@@ -140,8 +140,8 @@ void sync_folder(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) throw_for(folder, "opened", errno);
   // Some file systems cannot sync a folder, and say EINVAL; a rename is then as safe as they make
-  // it.
-  const int problem = ::fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
+  // it. In one that cannot be written nothing has changed.
+  const int problem = ::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS ? errno : 0;
   ::close(descriptor);
   if (problem != 0) throw_for(folder, "synced", problem);
 }

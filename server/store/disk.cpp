@@ -128,22 +128,30 @@ void settle(Disk& disk, const fs::path& file) {
   found->sync();
 }
 
+void make_folder(Disk& disk, const fs::path& folder, bool durable) {
+  try {
+    disk.make_folder(folder);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::failed, error.message(), error.place());
+  }
+  if (durable) disk.sync_folder(folder.parent_path());
+}
+
 void make_folders(Disk& disk, const fs::path& folder, bool durable) {
   fs::path whole = fs::absolute(folder).lexically_normal();
   if (whole.filename().empty()) whole = whole.parent_path();  // it ended with a slash
-  const fs::path parent = whole.parent_path();
-  try {
-    disk.make_folder(whole);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::not_found || parent == whole) throw;
-    make_folders(disk, parent, durable);
+  std::vector<fs::path> lacking;
+  for (fs::path at = whole; at.has_relative_path(); at = at.parent_path()) {
     try {
-      disk.make_folder(whole);
-    } catch (const Error& again) {
-      throw Error(ErrorKind::failed, again.message(), again.place());
+      disk.make_folder(at);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::not_found) throw;
+      lacking.push_back(at);
+      continue;
     }
+    if (durable) disk.sync_folder(at.parent_path());
   }
-  if (durable) disk.sync_folder(parent);
+  for (auto at = lacking.rbegin(); at != lacking.rend(); ++at) make_folder(disk, *at, durable);
 }
 
 }  // namespace tessera::server

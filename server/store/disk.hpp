@@ -70,9 +70,12 @@ std::shared_ptr<Disk> system_disk();
 /// after which the system still shows what it has not written, and no other sync would write it.
 void settle(Disk& disk, const std::filesystem::path& file);
 
-/// Makes the folder and whatever of its parents is lacking. If `durable` its name survives a power
-/// cut, also where an earlier call had made it and was interrupted, and the names of the parents
-/// that were made.
+/// Makes the folder, whose parent is there. If `durable` its name survives a power cut, also where
+/// an earlier call had made it and was interrupted.
+void make_folder(Disk& disk, const std::filesystem::path& folder, bool durable);
+
+/// The same with whatever of its parents is lacking; what was said of its name goes for all of
+/// theirs.
 void make_folders(Disk& disk, const std::filesystem::path& folder, bool durable);
 
 }  // namespace tessera::server

@@ -15,8 +15,8 @@ namespace {
 
 std::unique_ptr<DiskFile> held(Disk& disk, const std::filesystem::path& folder, bool durable) {
   make_folders(disk, folder, durable);
-  make_folders(disk, folder / "journal", durable);
-  make_folders(disk, folder / "checkpoints", durable);
+  make_folder(disk, folder / "journal", durable);
+  make_folder(disk, folder / "checkpoints", durable);
   const std::filesystem::path file = folder / "lock";
   auto lock = disk.hold(file);
   if (!lock) {

@@ -21,8 +21,8 @@ void remove_if_there(Disk& disk, const std::filesystem::path& file) {
 void write_whole(Disk& disk, const std::filesystem::path& file, bool durable,
                  const std::function<void(DiskFile&)>& write) {
   const std::filesystem::path folder = file.parent_path();
-  make_folders(disk, folder.parent_path(), durable);
-  make_folders(disk, folder, durable);
+  make_folder(disk, folder.parent_path(), durable);
+  make_folder(disk, folder, durable);
   const std::filesystem::path part = file.string() + std::string(part_suffix);
   remove_if_there(disk, part);
   try {

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -6,22 +8,27 @@
 #include <string>
 #include <vector>
 
-#include "server/film/film_tile.hpp"
+#include "server/coordinator/frame_film.hpp"
 #include "server/schedule/scheduler.hpp"
+#include "server/store/store.hpp"
 #include "tests/sim/world.hpp"
 
 namespace tessera::sim {
 
-/// The real scheduler and the real fold, with a disk and a pool that take their time. Checks the
-/// scheduler's rules at every grant. A restart loses all that is not on the disk.
+/// The real scheduler, the real films and the real store, with a disk that fails and a pool that
+/// takes its time. Checks the scheduler's rules at every grant, and at every start that the store
+/// holds what it said. A restart loses all that is not on the disk.
 class Coordinator {
  public:
   explicit Coordinator(World& world) : world_(world) {}
 
   [[nodiscard]] bool up() const { return scheduler_ != nullptr; }
+  /// Opens the store; if the disk does not let it, tries again later.
   void start();
-  void kill();
-  void submit(JobId job);
+  /// The process ends, or the machine loses its power.
+  void kill(bool power);
+  /// A client that asks until the job is taken.
+  void submit(const JobSpec& spec);
   void cancel(JobId job);
   void pause(JobId job, double duration);
   [[nodiscard]] bool all_ended() const;
@@ -39,14 +46,13 @@ class Coordinator {
   void closed(const Link& link);
 
  private:
-  struct Film {
-    std::map<std::pair<std::int32_t, std::uint32_t>, server::FilmTile> tiles;
-    std::set<std::pair<std::int32_t, std::uint32_t>> folding;
-  };
   struct Arrived {
     Link link;
     server::WorkerId worker = 0;
     SentResult sent;
+    Bytes bytes;
+    std::shared_ptr<const server::DecodedTile> decoded;
+    server::ResultPlace place;
   };
   struct Lease {
     server::WorkerId worker = 0;
@@ -63,12 +69,29 @@ class Coordinator {
   bool heard(const Link& link);
   void arm();
   void later(double delay, std::function<void()> what);
-  void restore(JobId id);
+  void decoded(Arrived arrived);
+
+  // ---- coordinator_store.cpp ----
+  /// Does it, and gives whether it was done. Where it was not the disk has failed; if that was the
+  /// end of the process, the next one is on its way.
+  bool done(const char* name, const std::function<void()>& what);
+  void restore(const server::JobRecord& record);
+  void restore_results(JobId id, Disk::Job& job, std::map<std::int32_t, server::FrameFilm*>& films);
   void commit();
+  void append(const std::vector<Arrived>& group, double patience);
   void durable(const Arrived& arrived);
+  void end(JobId job, const std::string& state);
+  void write_frame(JobId job, std::int32_t frame);
+  void finish(JobId job);
+
+  // ---- coordinator_films.cpp ----
+  server::FrameFilm& film_of(JobId job, std::int32_t frame);
   void fold_on(JobId job, std::int32_t frame, std::uint32_t tile);
+  void fold(JobId job, std::int32_t frame, const server::FoldWork& work);
+  std::shared_ptr<server::FilmTile> folded_by(JobId job, std::int32_t frame,
+                                              const server::FoldWork& work);
   /// It has a task that could be leased and is not; with `plain`, one that is no suspect.
-  [[nodiscard]] bool waits(JobId id, bool plain) const;
+  [[nodiscard]] std::optional<TaskId> waits(JobId id, bool plain) const;
   void check_copy(const server::GrantLease& grant, const std::string& what) const;
   [[nodiscard]] bool quarantined(server::WorkerId worker) const;
   [[nodiscard]] std::string describe(server::WorkerId worker,
@@ -76,6 +99,7 @@ class Coordinator {
   [[nodiscard]] std::uint32_t folded(JobId job, const TaskId& task) const;
 
   World& world_;
+  std::unique_ptr<server::Store> store_;
   std::unique_ptr<server::Scheduler> scheduler_;
   std::uint64_t life_ = 0;  // of the process: what was begun in an earlier one does not go on
   std::optional<Instant> armed_;
@@ -88,11 +112,15 @@ class Coordinator {
   std::map<std::pair<JobId, TaskId>, std::set<LeaseId>> out_;
   std::set<std::pair<JobId, TaskId>> doubted_;  // came back without a result: may be suspects
   std::set<std::pair<JobId, TaskId>> arrived_;  // being decoded or journaled
-  std::map<JobId, Film> films_;
-  std::set<JobId> paused_;
+  std::map<std::pair<JobId, std::int32_t>, server::FrameFilm> films_;
+  std::set<JobId> paused_, finishing_;
   std::map<JobId, Digest> builds_;
   std::vector<Arrived> journal_;  // decoded, not yet synced
   bool syncing_ = false;
+
+  // Known outside the process, over all of its lives.
+  std::uint64_t epoch_ = 0;
+  std::optional<std::array<std::uint8_t, 16>> key_;
 };
 
 }  // namespace tessera::sim

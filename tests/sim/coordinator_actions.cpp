@@ -43,6 +43,7 @@ void Coordinator::granted(const server::GrantLease& grant) {
   world_.note(grant.lease.number ^ grant.task.tile ^ (std::uint64_t{grant.task.pass} << 20));
   const Disk::Job& job = world_.disk.jobs.at(grant.job);
   const std::string what = fmt::format("job {} {}", grant.job, text_of(grant.task));
+  world_.tell("{} is granted to worker {}", what, grant.worker);
   const auto link = links_.find(grant.worker);
   require(link != links_.end(), what + " is granted to a worker that is connected");
   require(job.ended.empty() && !paused_.contains(grant.job), what + " is of a job that runs");
@@ -53,7 +54,7 @@ void Coordinator::granted(const server::GrantLease& grant) {
           what + " is not granted while its result is being kept");
   require(grant.task.pass < folded(grant.job, grant.task) + 3,
           what + " is within three passes of its tile's fold");
-  require(grant.lease.epoch == world_.disk.epoch, what + " has a lease of this epoch");
+  require(grant.lease.epoch == epoch_, what + " has a lease of this epoch");
   if (const auto build = builds_.find(grant.job); build != builds_.end()) {
     require(link->second->worker->info().build_id == build->second,
             what + " goes to the job's build");
@@ -105,22 +106,21 @@ void Coordinator::apply(const server::Actions& actions) {
       world_.disk.jobs.at(failed->job).ended = "failed";
       throw Violation(fmt::format("job {} failed: {}", failed->job, failed->reason));
     } else if (const auto* frame = std::get_if<server::FrameFinished>(&action)) {
-      auto& finished = world_.disk.jobs.at(frame->job).finished;
-      for (const auto& [place, tile] : films_[frame->job].tiles) {
-        if (place.first == frame->frame) finished.insert_or_assign(place, tile);
-      }
-    } else if (const auto* done = std::get_if<server::JobFinished>(&action)) {
-      require(world_.disk.jobs.at(done->job).ended.empty(), "a job is finished once");
-      world_.disk.jobs.at(done->job).ended = "done";
+      later(0, [this, at = *frame] { write_frame(at.job, at.frame); });
+    } else if (const auto* finished = std::get_if<server::JobFinished>(&action)) {
+      require(world_.disk.jobs.at(finished->job).ended.empty() &&
+                  finishing_.insert(finished->job).second,
+              "a job is finished once");
+      later(0, [this, job = finished->job] { finish(job); });
     }
   }
   arm();
 }
 
-bool Coordinator::waits(JobId id, bool plain) const {
+std::optional<TaskId> Coordinator::waits(JobId id, bool plain) const {
   const Disk::Job& job = world_.disk.jobs.at(id);
   if (!job.ended.empty() || paused_.contains(id) || !scheduler_->job(id, world_.events.now()))
-    return false;
+    return std::nullopt;
   const FrameRange& frames = job.plan->spec.frames;
   for (std::int32_t frame = frames.first; frames.contains(frame); frame += frames.step) {
     for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile) {
@@ -129,11 +129,11 @@ bool Coordinator::waits(JobId id, bool plain) const {
       for (; task.pass < end; ++task.pass) {
         if (!job.results.contains(task) && !out_.contains({id, task}) &&
             !arrived_.contains({id, task}) && !(plain && doubted_.contains({id, task})))
-          return true;
+          return task;
       }
     }
   }
-  return false;
+  return std::nullopt;
 }
 
 bool Coordinator::quarantined(server::WorkerId worker) const {
@@ -153,8 +153,9 @@ std::string Coordinator::describe(server::WorkerId worker,
   }
   for (const JobId id : waiting) {
     const server::JobView view = *scheduler_->job(id, world_.events.now());
-    text += fmt::format(", job {} is {} with {} of {} tasks done, {} leased", id, view.state,
-                        view.tasks_done, view.tasks, view.leased);
+    text += fmt::format(", job {} is {} with {} of {} tasks done, {} leased, and {} waits", id,
+                        view.state, view.tasks_done, view.tasks, view.leased,
+                        text_of(*waits(id, false)));
   }
   return text;
 }

@@ -31,26 +31,23 @@ void require(bool holds, const std::string& rule) {
   if (!holds) throw Violation(rule);
 }
 
-void Disk::keep(JobId job, const TaskId& task, std::shared_ptr<const image::TileImage> tile) {
-  const bool fresh = jobs.at(job).results.emplace(task, std::move(tile)).second;
-  require(fresh, fmt::format("job {} {} is kept once", job, text_of(task)));
+void Disk::keep(JobId job, const TaskId& task, Bytes bytes) {
+  const bool fresh = jobs.at(job).results.emplace(task, std::move(bytes)).second;
+  require(fresh, [&] { return fmt::format("job {} {} is kept once", job, text_of(task)); });
 }
 
-void audit(const Disk& disk, const Acknowledged& acknowledged) {
+void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read) {
   for (const auto& [id, job] : disk.jobs) {
     require(!job.ended.empty(), fmt::format("job {} has come to an end", id));
     require(job.ended != "failed", fmt::format("job {} did not fail", id));
     if (job.ended != "done") continue;
-    require(static_cast<std::int64_t>(job.results.size()) == job.plan->tasks(),
-            fmt::format("job {} has every task's result", id));
     const FrameRange& frames = job.plan->spec.frames;
     for (std::int32_t frame = frames.first; frames.contains(frame); frame += frames.step) {
-      for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile) {
-        const auto found = job.finished.find({frame, tile});
-        require(found != job.finished.end(),
-                fmt::format("job {} frame {} tile {} is in the picture", id, frame, tile));
-        audit_tile(*job.plan, frame, tile, found->second);
-      }
+      const std::vector<server::FilmTile> tiles = read(id, frame);
+      require(tiles.size() == job.plan->grid.count(),
+              fmt::format("job {} frame {} has a whole picture", id, frame));
+      for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
+        audit_tile(*job.plan, frame, tile, tiles[tile]);
     }
   }
   for (const auto& [job, task] : acknowledged) {

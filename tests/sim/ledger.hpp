@@ -1,11 +1,15 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/image/tile.hpp"
 #include "common/job/job_spec.hpp"
@@ -26,27 +30,35 @@ void require(bool holds, const Words& words) {
   if (!holds) throw Violation(words());
 }
 
-/// What the coordinator's disk holds: it outlives the coordinator.
+using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+
+/// What the coordinator's disk is known to hold: kept outside the coordinator, and held against
+/// what its store says after each start.
 struct Disk {
   struct Job {
     std::shared_ptr<const JobPlan> plan;
-    std::map<TaskId, std::shared_ptr<const image::TileImage>> results;
-    std::string ended;  // "done", "cancelled", "failed", or not yet
-    /// As written to the finished picture, by frame and tile.
-    std::map<std::pair<std::int32_t, std::uint32_t>, server::FilmTile> finished;
+    std::map<TaskId, Bytes> results;
+    std::string ended;                    // "done", "cancelled", "failed", or not yet
+    std::set<std::string> doubtful_ends;  // asked for, and not answered
+    std::set<std::int32_t> files;         // frames whose picture is written
   };
-  std::uint64_t epoch = 0;
   std::map<JobId, Job> jobs;
 
-  /// A result becomes durable.
-  void keep(JobId job, const TaskId& task, std::shared_ptr<const image::TileImage> tile);
+  /// A result is durable.
+  void keep(JobId job, const TaskId& task, Bytes bytes);
 };
+
+/// On the simulated disk.
+inline const std::filesystem::path data_folder = "/farm/data";
 
 /// What was said to workers, kept outside the coordinator.
 using Acknowledged = std::set<std::pair<JobId, TaskId>>;
 
-/// After a run: every task of every job that is done was counted exactly once, its film has the
-/// straight fold's bits, and nothing that was acknowledged is lost. Throws Violation.
-void audit(const Disk& disk, const Acknowledged& acknowledged);
+/// The picture of a frame as it was read back: one film tile for each of the grid's.
+using ReadPicture = std::function<std::vector<server::FilmTile>(JobId, std::int32_t frame)>;
+
+/// After a run: every task of every job that is done was counted exactly once, its pictures have
+/// the straight fold's bits, and nothing that was acknowledged is lost. Throws Violation.
+void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read);
 
 }  // namespace tessera::sim

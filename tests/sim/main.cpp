@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/log.hpp"
 #include "tests/sim/simulation.hpp"
 
 namespace {
@@ -42,7 +43,7 @@ bool broken(const Options& options, Bug bug) {
   std::uint64_t events = 0, faults = 0, tasks = 0, decisions = 0;
   const auto began = std::chrono::steady_clock::now();
   for (std::uint64_t seed = options.first; seed < options.first + options.seeds; ++seed) {
-    const tessera::sim::Outcome outcome = tessera::sim::run(seed, bug);
+    const tessera::sim::Outcome outcome = tessera::sim::run(seed, bug, options.one);
     events += outcome.events;
     faults += outcome.faults;
     tasks += outcome.tasks;
@@ -69,6 +70,7 @@ bool broken(const Options& options, Bug bug) {
 }  // namespace
 
 int main(int count, char** arguments) {
+  tessera::log::set_level(tessera::log::Level::error);  // what the disk does is no news here
   Options options;
   for (int i = 1; i < count; ++i) {
     const std::string_view flag = arguments[i];

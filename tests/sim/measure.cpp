@@ -1,9 +1,10 @@
-// tessera_sim_measure: what the scheduler makes of many workers, without any fault. A table on
-// standard output; exit code 1 if a promise is not kept.
+// tessera_sim_measure [--promise | --all]: what the scheduler makes of many workers, without any
+// fault. Tables on standard output; exit code 1 if a promise is not kept: at least 95 % of the work
+// that is possible is done at 1,000 workers of speeds 1 to 10, in a million tasks, with and without
+// copies. --promise: that table alone; --all: with 10,000 workers, too.
 #include <fmt/format.h>
 
-#include <array>
-#include <cstdlib>
+#include <cstdio>
 #include <string_view>
 
 #include "tests/sim/model.hpp"
@@ -29,11 +30,9 @@ Measured line(const Model& model) {
   return measured;
 }
 
-}  // namespace
+constexpr double promised = 0.95;
 
-int main(int count, char** arguments) {
-  const bool all = count > 1 && std::string_view(arguments[1]) == "--all";
-  bool kept = true;
+void frames() {
   fmt::print("One 4K frame (2,040 tiles, 1,024 samples), 5 s a task of 256 samples\n");
   head();
   for (const int workers : {10, 100, 1000}) {
@@ -58,7 +57,13 @@ int main(int count, char** arguments) {
       line(model);
     }
   }
-  fmt::print("\nA night's frame: a million tasks\n");
+  fmt::print("\n");
+}
+
+/// True if the promise is kept.
+bool night(bool all) {
+  bool kept = true;
+  fmt::print("A night's frame: a million tasks\n");
   head();
   for (const int workers : {1000, 10000}) {
     if (workers > 1000 && !all) continue;
@@ -68,9 +73,22 @@ int main(int count, char** arguments) {
       model.tiles = 125'000;
       model.copies_most = copies;
       const Measured measured = line(model);
-      if (copies > 1 && workers == 1000) kept = kept && measured.efficiency() >= 0.95;
+      if (workers == 1000)
+        kept = kept && measured.tasks >= 1'000'000 && measured.efficiency() >= promised;
     }
   }
-  if (!kept) fmt::print("efficiency at 1,000 workers is below 95 %\n");
-  return kept ? 0 : 1;
+  if (!kept) fmt::print("efficiency at 1,000 workers is below {:.0f} %\n", 100 * promised);
+  return kept;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  const std::string_view flag = count > 1 ? arguments[1] : "";
+  if (count > 2 || (!flag.empty() && flag != "--all" && flag != "--promise")) {
+    std::fputs("tessera_sim_measure [--promise | --all]\n", stderr);
+    return 2;
+  }
+  if (flag != "--promise") frames();
+  return night(flag == "--all") ? 0 : 1;
 }

@@ -1,13 +1,20 @@
 #include "tests/sim/simulation.hpp"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
+#include "common/base/error.hpp"
+#include "server/coordinator/frame_file.hpp"
 #include "tests/sim/coordinator.hpp"
+#include "tests/sim/synthetic.hpp"
 #include "tests/sim/worker.hpp"
 
 namespace tessera::sim {
 
-World::World(std::uint64_t seed) : random(seed) {}
+World::World(std::uint64_t seed) : random(seed), drive(random.next()) {
+  // The salts of SQLite's log, so that a run is the same twice.
+  sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(seed & 0x7fffffff) + 1, nullptr);
+}
 World::~World() = default;
 
 void World::cut(const Link& link, bool notices) {
@@ -40,6 +47,14 @@ Weather draw_weather(Random& random) {
   weather.sync_most = random.between(0.002, 0.2);
   weather.fold_most = random.chance(0.2) ? 1.0 : random.between(0.0, 0.05);
   weather.calm_after = random.between(10, 90);
+  weather.power = random.unit();
+  if (random.chance(0.7)) {
+    weather.drive.error = random.chance(0.5) ? random.between(0, 0.03) : 0;
+    weather.drive.full = random.chance(0.5) ? random.between(0, 0.01) : 0;
+    weather.drive.spell = random.chance(0.5) ? 0.2 : 0;
+    weather.drive.kill = random.chance(0.5) ? random.between(0, 0.001) : 0;
+    weather.drive.power = random.chance(0.5) ? random.between(0, 0.002) : 0;
+  }
   return weather;
 }
 
@@ -50,7 +65,7 @@ JobSpec draw_job(Random& random) {
   spec.render.width = static_cast<int>(random.whole(1, 12));
   spec.render.height = static_cast<int>(random.whole(1, 4));
   spec.render.samples = random.whole(1, 1500);
-  spec.render.seed = random.next();
+  spec.render.seed = random.next() >> 1;
   spec.tile = 1;
   spec.pass = static_cast<int>(random.whole(1, 4) * 32);
   spec.priority = static_cast<int>(random.whole(0, 1));
@@ -70,16 +85,11 @@ class Script {
     for (std::int64_t i = 1; i <= jobs; ++i) {
       const auto id = static_cast<JobId>(i);
       const double when = i == 1 ? 0 : random.between(0, 20);
-      const auto plan = std::make_shared<const JobPlan>(draw_job(random));
-      world_.events.after(when, [this, id, plan] {
-        world_.disk.jobs[id].plan = plan;
-        world_.coordinator->submit(id);
-      });
-      last_submit_ = std::max(last_submit_, when);
+      ++world_.unanswered;
+      world_.events.after(when,
+                          [this, spec = draw_job(random)] { world_.coordinator->submit(spec); });
       if (random.chance(0.1))
-        world_.events.after(random.between(5, 60), [this, id] {
-          if (world_.disk.jobs.contains(id)) world_.coordinator->cancel(id);
-        });
+        world_.events.after(random.between(5, 60), [this, id] { world_.coordinator->cancel(id); });
       if (random.chance(0.2))
         world_.events.after(random.between(5, 60), [this, id] {
           if (world_.disk.jobs.contains(id)) world_.coordinator->pause(id, 7);
@@ -95,16 +105,14 @@ class Script {
     again(weather.silence_every, [this] { silence(); });
     again(weather.leave_every, [this] { leave(); });
     again(weather.restart_every, [this] { restart(); });
+    world_.events.after(weather.calm_after, [this] { world_.drive.faults.set({}); });
     world_.events.after(weather.calm_after + 1, [this] {
       for (const char* build : {"build", "build", "other"}) add_worker(build);
     });
     look();
   }
 
-  [[nodiscard]] bool over() const {
-    return world_.events.seconds_now() > last_submit_ + 0.1 && world_.coordinator->up() &&
-           world_.coordinator->all_ended();
-  }
+  [[nodiscard]] bool over() const { return world_.coordinator->all_ended(); }
 
  private:
   void look() {
@@ -152,24 +160,47 @@ class Script {
     if (Worker* worker = any_worker()) worker->fall_silent(world_.random.between(0.5, 15));
   }
   void restart() {
-    if (!world_.coordinator->up()) return;
-    world_.coordinator->kill();
-    world_.events.after(world_.random.between(0.05, 4), [this] { world_.coordinator->start(); });
+    if (world_.coordinator->up())
+      world_.coordinator->kill(world_.random.chance(world_.weather.power));
   }
 
   World& world_;
   double power_;
-  double last_submit_ = 0;
 };
+
+/// After one more power cut, by what is found then.
+void audit_disk(World& world) {
+  world.drive.faults.set({});
+  world.coordinator->kill(true);
+  world.coordinator->start();
+  audit(world.disk, world.acknowledged, [&](JobId job, std::int32_t frame) {
+    const auto file = world.drive.open(server::frame_path(data_folder, job, frame));
+    std::vector<std::byte> bytes(file->size());
+    file->read_at(bytes, 0);
+    return picture_of(bytes, *world.disk.jobs.at(job).plan);
+  });
+}
 
 }  // namespace
 
-Outcome run(std::uint64_t seed, Bug bug) {
+Outcome run(std::uint64_t seed, Bug bug, bool trace) {
   World world(seed);
+  world.tracing = trace;
+  if (trace)
+    world.drive.watch = [&](std::uint64_t number, Point point, Fault fault,
+                            const std::string& file) {
+      world.tell("{}", described(number, point, fault, file));
+    };
   world.bug = bug;
   world.weather = draw_weather(world.random);
+  world.segment_bytes = static_cast<std::uint64_t>(world.random.whole(5'000, 100'000));
+  world.drive.faults.set(world.weather.drive);
   Script script(world);
   Outcome outcome;
+  const auto broken = [&](const std::exception& violation) {
+    outcome.violation =
+        fmt::format("at {:.3f} s: not so: {}", world.events.seconds_now(), violation.what());
+  };
   try {
     script.begin();
     while (!script.over()) {
@@ -177,14 +208,15 @@ Outcome run(std::uint64_t seed, Bug bug) {
       require(world.events.seconds_now() < give_up_seconds,
               "all jobs end in the time that they may take");
     }
-    audit(world.disk, world.acknowledged);
+    audit_disk(world);
   } catch (const Violation& violation) {
-    outcome.violation =
-        fmt::format("at {:.3f} s: not so: {}", world.events.seconds_now(), violation.what());
+    broken(violation);
+  } catch (const Error& error) {
+    broken(error);
   }
   outcome.trace = world.trace;
   outcome.events = world.events.count();
-  outcome.faults = world.faults;
+  outcome.faults = world.faults + world.drive.faults.failures();
   outcome.decisions = world.decisions;
   outcome.virtual_seconds = world.events.seconds_now();
   for (const auto& [id, job] : world.disk.jobs)

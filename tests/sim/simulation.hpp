@@ -12,7 +12,8 @@ struct Outcome {
   double virtual_seconds = 0;
 };
 
-/// One run from one seed: jobs, workers and weather are drawn from it.
-Outcome run(std::uint64_t seed, Bug bug = Bug::none);
+/// One run from one seed: jobs, workers and weather are drawn from it. With `trace` what happens is
+/// told on standard output.
+Outcome run(std::uint64_t seed, Bug bug = Bug::none, bool trace = false);
 
 }  // namespace tessera::sim

@@ -8,6 +8,7 @@
 
 #include "server/store/store.hpp"
 #include "tests/sim/disk/sim_disk.hpp"
+#include "tests/sim/ledger.hpp"
 
 namespace tessera::sim {
 
@@ -61,7 +62,5 @@ class Books {
 std::vector<std::byte> bytes_of(const TaskId& task, std::uint64_t number);
 server::ResultInfo info_of(JobId job, const TaskId& task, std::uint64_t number);
 std::filesystem::path frame_file(std::int32_t frame);
-
-inline const std::filesystem::path data_folder = "/farm/data";
 
 }  // namespace tessera::sim

@@ -41,9 +41,7 @@ class StoreRun {
     }
     if (options.trace)
       disk_.watch = [](std::uint64_t number, Point point, Fault fault, const std::string& file) {
-        fmt::print("  {:>6} {} {}{}{}\n", number, point_names.at(static_cast<std::size_t>(point)),
-                   file, fault == Fault::none ? "" : ": ",
-                   fault == Fault::none ? "" : fault_names.at(static_cast<std::size_t>(fault)));
+        fmt::print("  {}\n", described(number, point, fault, file));
       };
   }
   ~StoreRun() {
@@ -84,7 +82,6 @@ class StoreRun {
     books_.check(*store_, disk_, true);
   }
   void open() {
-    make_folders(disk_, "/farm", true);
     store_ = server::Store::open(data_folder, settings_);
     for (JobId job = 0; job < 3; ++job) server::settle_frames(data_folder, job, disk_);
   }
@@ -92,7 +89,7 @@ class StoreRun {
   /// False if it threw. Only where the disk failed it may, and where it did not throw it is done.
   template <class What>
   bool call(const char* name, What what) {
-    const std::uint64_t before = failures();
+    const std::uint64_t before = disk_.faults.failures();
     ++outcome.calls;
     if (options_.trace) fmt::print("{}\n", name);
     try {
@@ -100,18 +97,11 @@ class StoreRun {
       return disk_.commit_point();
     } catch (const Error& error) {
       if (options_.trace) fmt::print("  threw {}\n", error.what());
-      require(failures() > before || disk_.dead(),
+      require(disk_.faults.failures() > before || disk_.dead(),
               fmt::format("{} fails only where the disk does: {}", name, error.what()));
       return false;
     }
   }
-  [[nodiscard]] std::uint64_t failures() const {
-    std::uint64_t sum = 0;
-    for (std::size_t kind = 1; kind < fault_kinds; ++kind)
-      sum += disk_.faults.happened(static_cast<Fault>(kind));
-    return sum;
-  }
-
   // ---- what is asked of it ----
   void one_call() {
     const std::int64_t drawn = random_.whole(0, 99);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace tessera::sim {
 namespace {
@@ -52,6 +53,67 @@ image::TileImage render(const JobPlan& plan, const TaskId& task) {
     tile.values[channel] = static_cast<float>(value);
   }
   return tile;
+}
+
+Bytes bytes_of(const image::TileImage& tile) {
+  auto bytes = std::make_shared<std::vector<std::byte>>();
+  bytes->resize(sizeof tile.samples + tile.values.size() * sizeof(float));
+  std::memcpy(bytes->data(), tile.samples.data(), sizeof tile.samples);
+  std::memcpy(bytes->data() + sizeof tile.samples, tile.values.data(),
+              tile.values.size() * sizeof(float));
+  return bytes;
+}
+
+server::DecodedTile decode(const Bytes& bytes, const JobPlan& plan, const TaskId& task) {
+  server::DecodedTile decoded;
+  image::TileView& view = decoded.pixels;
+  require(bytes->size() >= sizeof view.samples, "a kept tile is whole");
+  std::memcpy(view.samples.data(), bytes->data(), sizeof view.samples);
+  view.window = plan.grid.tile(task.tile);
+  view.film_width = plan.spec.render.width;
+  view.film_height = plan.spec.render.height;
+  require(bytes->size() == sizeof view.samples + view.channels() * sizeof(float) &&
+              view.samples[0] == plan.passes.pass(task.pass).count,
+          "a kept tile is its task's");
+  view.lines = {bytes->data() + sizeof view.samples};
+  for (std::size_t channel = 0; channel < image::channel_count; ++channel)
+    view.offset_of[channel] = channel * sizeof(float);
+  decoded.exr = bytes;
+  return decoded;
+}
+
+std::vector<std::byte> bytes_of(const server::FilmSnapshot& film) {
+  std::vector<std::byte> bytes;
+  const auto add = [&](const auto& value) {
+    const auto raw = std::as_bytes(std::span(&value, 1));
+    bytes.insert(bytes.end(), raw.begin(), raw.end());
+  };
+  for (const auto& tile : film.tiles) {
+    if (!tile) continue;
+    add(tile->passes);
+    add(tile->samples);
+    for (const double sum : tile->sums) add(sum);
+  }
+  return bytes;
+}
+
+std::vector<server::FilmTile> picture_of(std::span<const std::byte> bytes, const JobPlan& plan) {
+  std::vector<server::FilmTile> tiles;
+  const auto take = [&](auto& value) {
+    require(bytes.size() >= sizeof value, "a picture is whole");
+    std::memcpy(&value, bytes.data(), sizeof value);
+    bytes = bytes.subspan(sizeof value);
+  };
+  while (!bytes.empty() && tiles.size() < plan.grid.count()) {
+    const auto index = static_cast<std::uint32_t>(tiles.size());
+    server::FilmTile tile = server::empty_film_tile(plan.grid.tile(index));
+    take(tile.passes);
+    take(tile.samples);
+    for (double& sum : tile.sums) take(sum);
+    tiles.push_back(std::move(tile));
+  }
+  require(bytes.empty(), "a picture has an end");
+  return tiles;
 }
 
 server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uint32_t tile) {

@@ -1,10 +1,14 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "tests/sim/bug.hpp"
+#include "tests/sim/disk/sim_disk.hpp"
 #include "tests/sim/events.hpp"
 #include "tests/sim/ledger.hpp"
 #include "tests/sim/network.hpp"
@@ -28,6 +32,8 @@ struct Weather {
   double corrupt = 0;          // chance that a result is no valid tile, once
   double sync_most = 0.02;
   double fold_most = 0.01;
+  FaultWeather drive;
+  double power = 0;        // share of the coordinator's restarts that are power cuts
   double calm_after = 60;  // seconds: from here on nothing bad happens
 };
 
@@ -39,7 +45,10 @@ struct World {
   Random random;
   Weather weather;
   Bug bug = Bug::none;
+  SimDisk drive;
+  std::uint64_t segment_bytes = 0;
   Disk disk;
+  int unanswered = 0;  // jobs that clients have not got taken yet
   Acknowledged acknowledged;
   std::set<std::pair<JobId, TaskId>>
       spoiled;              // tasks that have had their error or their corrupt result
@@ -53,6 +62,13 @@ struct World {
   ~World();
 
   [[nodiscard]] bool calm() const { return events.seconds_now() >= weather.calm_after; }
+  bool tracing = false;
+  template <class... Args>
+  void tell(fmt::format_string<Args...> format, Args&&... args) const {
+    if (tracing)
+      fmt::print("{:9.3f} {}\n", events.seconds_now(),
+                 fmt::format(format, std::forward<Args>(args)...));
+  }
   void note(std::uint64_t value) {
     trace = (trace ^ value) * 0x9e3779b97f4a7c15ULL + (trace >> 29);
   }
@@ -70,6 +86,8 @@ struct World {
       if (link->open) what();
     });
   }
+  /// The disk's faults, too, come to an end.
+  void begin_calm() { drive.faults.set({}); }
   /// Both ends learn of it, the coordinator only if it `notices`.
   void cut(const Link& link, bool notices);
 };

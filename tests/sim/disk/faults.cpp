@@ -1,5 +1,7 @@
 #include "tests/sim/disk/faults.hpp"
 
+#include <fmt/format.h>
+
 namespace tessera::sim {
 
 Fault Faults::reach(Point point) {
@@ -28,6 +30,14 @@ Fault Faults::draw(Point point) {
   }
   below += weather_.full;
   return drawn < below && point == Point::write ? Fault::full : Fault::none;
+}
+
+std::string described(std::uint64_t number, Point point, Fault fault, const std::string& file) {
+  std::string line =
+      fmt::format("{:>6} {} {}", number, point_names.at(static_cast<std::size_t>(point)), file);
+  if (fault != Fault::none)
+    line += fmt::format(": {}", fault_names.at(static_cast<std::size_t>(fault)));
+  return line;
 }
 
 }  // namespace tessera::sim

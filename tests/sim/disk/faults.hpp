@@ -2,7 +2,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <numeric>
+#include <string>
 #include <string_view>
 
 #include "tests/sim/events.hpp"
@@ -66,6 +67,10 @@ class Faults {
   [[nodiscard]] std::uint64_t happened(Fault fault) const {
     return happened_.at(static_cast<std::size_t>(fault));
   }
+  /// All that went wrong so far.
+  [[nodiscard]] std::uint64_t failures() const {
+    return std::accumulate(happened_.begin() + 1, happened_.end(), std::uint64_t{0});
+  }
   /// One that came from outside, between two points.
   void count(Fault fault) { ++happened_.at(static_cast<std::size_t>(fault)); }
 
@@ -81,5 +86,8 @@ class Faults {
   std::array<std::uint64_t, point_kinds> reached_{};
   std::array<std::uint64_t, fault_kinds> happened_{};
 };
+
+/// One line of a trace.
+std::string described(std::uint64_t number, Point point, Fault fault, const std::string& file);
 
 }  // namespace tessera::sim

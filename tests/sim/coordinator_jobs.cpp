@@ -1,0 +1,93 @@
+// How jobs come, and how they and their frames end.
+#include "server/coordinator/frame_file.hpp"
+#include "server/store/whole_file.hpp"
+#include "tests/sim/coordinator.hpp"
+#include "tests/sim/synthetic.hpp"
+
+namespace tessera::sim {
+
+// ---- jobs ----
+
+void Coordinator::submit(const JobSpec& spec) {
+  server::JobRecord record;
+  record.spec = spec;
+  record.priority = spec.priority;
+  JobId id = 0;
+  if (up()) done("a job's taking", [&] { id = store_->put_job(record); });
+  if (id == 0 || world_.drive.dead()) {
+    // The client was not answered, and asks again; the job may be there twice then.
+    world_.events.after(1, [this, spec] { submit(spec); });
+    return;
+  }
+  --world_.unanswered;
+  Disk::Job& job = world_.disk.jobs[id];
+  job.plan = std::make_shared<const JobPlan>(spec);
+  apply(scheduler_->add_job(id, job.plan, world_.events.now()));
+}
+
+void Coordinator::cancel(JobId job) {
+  if (!up() || !world_.disk.jobs.contains(job) || !world_.disk.jobs[job].ended.empty()) return;
+  if (finishing_.contains(job)) return;
+  end(job, "cancelled");
+  if (up() && world_.disk.jobs[job].ended == "cancelled")
+    apply(scheduler_->cancel_job(job, world_.events.now()));
+}
+
+void Coordinator::end(JobId id, const std::string& state) {
+  Disk::Job& job = world_.disk.jobs.at(id);
+  server::JobRecord record;
+  record.id = id;
+  record.spec = job.plan->spec;
+  record.state = state;
+  bool kept = false;
+  done("a job's end", [&] { store_->update_job(record), kept = true; });
+  if (!kept) {
+    job.doubtful_ends.insert(state);
+    return;
+  }
+  job.ended = state;
+  if (world_.drive.dead()) return;
+  // What fails here the next start does again.
+  done("a job's results are let go", [&] { store_->end_job(id); });
+}
+
+// ---- ends ----
+
+void Coordinator::write_frame(JobId id, std::int32_t frame) {
+  Disk::Job& job = world_.disk.jobs.at(id);
+  if (!job.ended.empty() || job.files.contains(frame)) return;
+  server::FrameFilm& film = film_of(id, frame);
+  const auto again = [this, id, frame](double delay) {
+    later(delay, [this, id, frame] { write_frame(id, frame); });
+  };
+  if (!film.loaded()) {
+    film.demand();
+    for (std::uint32_t tile = 0; tile < film.tile_count(); ++tile) fold_on(id, frame, tile);
+    again(0.05);
+    return;
+  }
+  const std::vector<std::byte> bytes = bytes_of(film.snapshot());
+  bool written = false;
+  done("a picture's file", [&] {
+    server::write_whole(world_.drive, server::frame_path(data_folder, id, frame), true,
+                        [&](server::DiskFile& file) { file.write_at(bytes, 0); });
+    written = true;
+  });
+  if (world_.drive.dead()) return;
+  if (!written) {
+    again(0.5);
+    return;
+  }
+  job.files.insert(frame);
+  films_.erase({id, frame});
+}
+
+void Coordinator::finish(JobId id) {
+  Disk::Job& job = world_.disk.jobs.at(id);
+  if (!job.ended.empty()) return;
+  if (job.files.size() >= job.plan->spec.frames.count()) end(id, "done");
+  if (!job.ended.empty() || world_.drive.dead()) return;
+  later(0.2, [this, id] { finish(id); });
+}
+
+}  // namespace tessera::sim
