@@ -58,7 +58,17 @@ struct SetOptions {
 int set(const Settings& settings, const SetOptions& options);
 
 int jobs(const Settings& settings);
+/// The newest attempts at a job's tasks that gave no result.
+int failures(const Settings& settings, JobId job);
 int workers(const Settings& settings);
+/// Workers are named by their numbers or names.
+int drain(const Settings& settings, const std::vector<std::string>& workers);
+struct QuarantineOptions {
+  std::vector<std::string> workers;
+  std::string reason;
+};
+int quarantine(const Settings& settings, const QuarantineOptions& options);
+int release(const Settings& settings, const std::vector<std::string>& workers);
 int cancel(const Settings& settings, const std::vector<JobId>& jobs);
 int pause(const Settings& settings, const std::vector<JobId>& jobs);
 int resume(const Settings& settings, const std::vector<JobId>& jobs);

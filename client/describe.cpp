@@ -259,6 +259,40 @@ void add_set(CLI::App& app, Line& line) {
   });
 }
 
+/// A command that takes any number of workers.
+CLI::App& add_each_worker(CLI::App& app, Line& line, const char* name, const char* about) {
+  CLI::App& command = *app.add_subcommand(name, about);
+  command.add_option("workers", line.quarantine.workers, "The workers' numbers or names")
+      ->required()
+      ->type_name("WORKER");
+  return command;
+}
+
+void add_worker_control(CLI::App& app, Line& line) {
+  add_each_worker(app, line, "drain", "Let workers finish what they hold, and leave")
+      .callback([&line] {
+        line.command = [&line](const Settings& settings) {
+          return drain(settings, line.quarantine.workers);
+        };
+      });
+  CLI::App& command = add_each_worker(
+      app, line, "quarantine",
+      "Give workers no more tasks until they are released, also when they come back");
+  command
+      .add_option("--reason", line.quarantine.reason, "Why, for whoever asks and for their logs")
+      ->type_name("TEXT");
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      return quarantine(settings, line.quarantine);
+    };
+  });
+  add_each_worker(app, line, "release", "Give quarantined workers tasks again").callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      return release(settings, line.quarantine.workers);
+    };
+  });
+}
+
 /// A command that takes nothing.
 void add_plain(CLI::App& app, Line& line, const char* name, const char* about,
                int (*run)(const Settings&)) {
@@ -292,9 +326,12 @@ void describe(CLI::App& app, Line& line) {
   add_one(app, line, "wait", "Wait until a job ends, and say by the exit code how", wait);
   add_fetch(app, line);
   add_plain(app, line, "jobs", "List the server's jobs", jobs);
+  add_one(app, line, "failures",
+          "List a job's attempts that gave no result, with their reasons and logs", failures);
   add_plain(app, line, "workers", "List the server's workers", workers);
   add_focus(app, line);
   add_set(app, line);
+  add_worker_control(app, line);
   add_each(app, line, "cancel", "Cancel jobs", cancel);
   add_each(app, line, "pause", "Pause jobs", pause);
   add_each(app, line, "resume", "Go on with paused jobs", resume);

@@ -19,6 +19,7 @@ struct Line {
   WedgeOptions wedge;
   FetchOptions fetch;
   SetOptions set;
+  QuarantineOptions quarantine;  ///< its `workers` are drain's and release's too
   std::vector<std::string> jobs;
   std::function<int(const Settings&)> command;
 };

@@ -2,18 +2,38 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "client/interrupt.hpp"
 #include "common/base/error.hpp"
+#include "common/base/random.hpp"
 
 namespace tessera::client {
+
+namespace {
+constexpr std::size_t key_bytes = 16;
+constexpr Duration retry_first = std::chrono::milliseconds(250);
+constexpr Duration retry_most = std::chrono::seconds(2);  // some four seconds in all
+}  // namespace
 
 Json post_job(Server& server, const JobSpec& spec) {
   throw_if_interrupted();
   const Uninterrupted whole;
-  return server.post("/v1/jobs", to_json(spec));
+  const Json body = to_json(spec);
+  const std::string key = random_hex(key_bytes);
+  for (Duration wait = retry_first;; wait *= 2) {
+    try {
+      return server.post_once("/v1/jobs", body, key);
+    } catch (const Error& error) {
+      // Whether the server took the job is not known: under the same key it takes no second one.
+      if (error.kind() != ErrorKind::unreachable || wait > retry_most) throw;
+      fmt::print(stderr, "tessera: {}; trying again\n", error.what());
+    }
+    std::this_thread::sleep_for(wait);
+  }
 }
 
 void cancel_posted(Server& server, const std::vector<JobId>& jobs) {

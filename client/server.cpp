@@ -120,6 +120,12 @@ Json Server::post(const std::string& target, const Json& body) {
   return json_of(send(json_request("POST", target, body)), target);
 }
 
+Json Server::post_once(const std::string& target, const Json& body, const std::string& key) {
+  net::HttpRequest request = json_request("POST", target, body);
+  request.headers.emplace_back("Idempotency-Key", '"' + key + '"');
+  return json_of(send(std::move(request)), target);
+}
+
 Json Server::patch(const std::string& target, const Json& body) {
   return json_of(send(json_request("PATCH", target, body)), target);
 }

@@ -100,7 +100,9 @@ void watch(asio::signal_set& signals, agent::Agent& worker,
 }
 
 int work(const Options& options) {
+  constexpr std::size_t log_lines = 20;  // go with what it says of a failed task
   log::set_level(log::level_from(options.log_level));
+  log::keep_recent(log_lines);
   const int all = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   agent::AgentSettings settings;
   settings.server = net::parse_address(options.server, net::default_worker_port);

@@ -1,5 +1,6 @@
 #include "common/base/log.hpp"
 
+#include <spdlog/sinks/ringbuffer_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -34,6 +35,27 @@ spdlog::level::level_enum level_of(Level level) {
   return spdlog::level::err;
 }
 }  // namespace
+
+namespace {
+std::shared_ptr<spdlog::sinks::ringbuffer_sink_mt>& kept() {
+  static std::shared_ptr<spdlog::sinks::ringbuffer_sink_mt> sink;
+  return sink;
+}
+}  // namespace
+
+void keep_recent(std::size_t lines) {
+  if (kept()) std::erase(logger().sinks(), kept());
+  kept() = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(lines);
+  kept()->set_pattern("%Y-%m-%d %H:%M:%S.%e %l %v");
+  logger().sinks().push_back(kept());
+}
+
+std::string recent() {
+  if (!kept()) return {};
+  std::string text;
+  for (const std::string& line : kept()->last_formatted()) text += line;
+  return text;
+}
 
 void set_level(Level level) { logger().set_level(level_of(level)); }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,12 @@ enum class Level { debug, info, warn, error };
 void set_level(Level level);
 /// From "debug", "info", "warn", "error"; throws Error{bad_input} that names the nearest.
 Level level_from(std::string_view name);
+
+/// Keeps the last `lines` lines that are written, for recent(). Not to be called while other
+/// threads log.
+void keep_recent(std::size_t lines);
+/// What keep_recent() kept, oldest first, each ended by a newline.
+std::string recent();
 
 void write(Level level, std::string_view line);
 

@@ -19,6 +19,7 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> names = {
     "result", "accepted", "stale",   "rejected", "failed",    "drain", "bye"};
 
 constexpr std::size_t reason_most = 2048;  ///< bytes of a sentence for people
+constexpr std::size_t log_most = 8192;     ///< of a worker's log
 constexpr std::size_t short_most = 512;  ///< of one that must fit into 4 KiB however it is escaped
 constexpr double seconds_most = 1e9;
 
@@ -86,6 +87,7 @@ Json header_of(const Rejected& m) {
 Json header_of(const Failed& m) {
   Json json = {{"job", m.job}, {"code", m.code}, {"reason", clipped(m.reason)}};
   if (m.lease) json["lease"] = json_of(*m.lease);
+  if (!m.log.empty()) json["log"] = clipped(m.log, log_most);
   return json;
 }
 Json header_of(const Drain& m) { return {{"reason", clipped(m.reason)}}; }
@@ -242,6 +244,7 @@ Failed failed_from(ObjectReader& in) {
   if (const Json* lease = in.optional("lease")) m.lease = lease_in(*lease, in, "lease");
   m.code = text_from(in, "code", 64);
   m.reason = reason_from(in);
+  if (in.optional("log") != nullptr) m.log = text_from(in, "log", log_most);
   return m;
 }
 

@@ -73,7 +73,8 @@ struct Progress {
   std::vector<Running> running;
 };
 
-/// C→W: do not render these any more.
+/// C→W: do not render these any more. Without leases it only tells the worker's people why it is
+/// granted none, or that it is again.
 struct Revoke {
   std::vector<LeaseId> leases;
   std::string reason;
@@ -113,6 +114,7 @@ struct Failed {
                                  ///< its leases are given back
   std::string code;              ///< "scene", "fetch", "memory", "render"
   std::string reason;            ///< a sentence with the place
+  std::string log;               ///< the last lines of the worker's log; may be empty
 };
 
 /// C→W: finish what runs, deliver it and leave; W→C: please send nothing more, I shall leave.

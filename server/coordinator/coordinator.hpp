@@ -15,6 +15,7 @@
 #include "common/job/job_spec.hpp"
 #include "common/wire/messages.hpp"
 #include "server/schedule/scheduler.hpp"
+#include "server/store/records.hpp"
 
 /// The one door to the coordinator's state. It joins scheduler, store and film: sessions bring
 /// workers' messages, HTTP brings people's requests. Everything here runs on one executor (the I/O
@@ -56,6 +57,13 @@ struct CoordinatorCounters {
   std::uint64_t workers_lost = 0;  ///< left without a word: died, fell silent, were dropped
 };
 
+/// A job that was submitted.
+struct Submitted {
+  JobId job = 0;
+  /// The idempotency key was used before, for this job, which was asked for in other words.
+  bool of_another_request = false;
+};
+
 /// What HTTP and the client show of a job.
 struct JobStatus {
   JobView view;
@@ -66,6 +74,7 @@ struct JobStatus {
   double cpu_seconds = 0;     ///< of the threads that rendered, over all workers and results
   std::int64_t rays = 0;
   std::int64_t rejected_samples = 0;  ///< NaN or Inf, counted as black
+  std::uint64_t failures = 0;         ///< attempts at its tasks that gave no result
   struct Share {
     std::string worker;
     std::int64_t samples = 0;
@@ -125,6 +134,13 @@ class Coordinator {
   /// Durable when it resumes. Throws Error{bad_input} for a spec that check() refuses,
   /// Error{conflict} if the bundle or a blob that it names is not in the blob store.
   virtual boost::asio::awaitable<JobId> submit(JobSpec spec) = 0;
+  /// The same under an idempotency key. Where it was used before, also before a restart, no job is
+  /// made, and the one that was is given.
+  virtual boost::asio::awaitable<Submitted> submit_once(JobSpec spec,
+                                                        std::string idempotency_key) = 0;
+  /// The newest attempts at the job's tasks that gave no result (Store::failures_kept), newest
+  /// first.
+  virtual boost::asio::awaitable<std::vector<FailureRecord>> failures(JobId id) = 0;
   [[nodiscard]] virtual std::vector<JobStatus> jobs() const = 0;
   [[nodiscard]] virtual std::optional<JobStatus> job(JobId id) const = 0;
   /// Each throws Error{not_found}, or Error{conflict} where the job's state does not allow it.

@@ -105,6 +105,8 @@ CoordinatorImpl::~CoordinatorImpl() {
 void CoordinatorImpl::restore() {
   for (const JobRecord& record : store_->list_jobs()) restore_job(record);
   forget_results_of_ended();
+  for (const auto& [id, count] : store_->failure_counts())
+    if (Job* job = find(id)) job->failures = count;
   if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
 }
 
@@ -123,6 +125,8 @@ void CoordinatorImpl::forget_results_of_ended() {
 void CoordinatorImpl::restore_job(const JobRecord& record) {
   Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
   job.files = frames_on_disk(settings_.data, record.id);
+  if (!record.idempotency_key.empty())
+    requests_[record.idempotency_key] = {record.id, record.idempotency_fingerprint};
   if (job.ended) return;
   if (settings_.durable) settle_frames(settings_.data, record.id);
   Actions actions = scheduler_.add_job(record.id, job.plan, now());

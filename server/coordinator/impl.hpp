@@ -33,6 +33,7 @@ class CoordinatorImpl : public Coordinator {
 
   // ---- people.cpp ----
   boost::asio::awaitable<JobId> submit(JobSpec spec) override;
+  boost::asio::awaitable<Submitted> submit_once(JobSpec spec, std::string idempotency_key) override;
   [[nodiscard]] std::vector<JobStatus> jobs() const override;
   [[nodiscard]] std::optional<JobStatus> job(JobId id) const override;
   boost::asio::awaitable<void> cancel(JobId id) override;
@@ -40,6 +41,9 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> resume(JobId id) override;
   boost::asio::awaitable<void> change(JobId id, JobChange change) override;
   std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) override;
+
+  // ---- failures.cpp ----
+  boost::asio::awaitable<std::vector<FailureRecord>> failures(JobId id) override;
 
   // ---- pictures.cpp ----
   boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) override;
@@ -79,6 +83,11 @@ class CoordinatorImpl : public Coordinator {
   void restore_job(const JobRecord& record);
   /// Of jobs whose end was the last that an earlier run did for them; blocks.
   void forget_results_of_ended();
+  /// `log` is the worker's, if it said one.
+  void note_failure(const AttemptFailed& failed, const std::string& log);
+  /// What the disk does not take is logged and lost: nothing depends on it.
+  boost::asio::awaitable<void> keep_failures();
+  boost::asio::awaitable<JobId> put_job(JobRecord record);
   boost::asio::awaitable<void> keep_time();
   /// What was not heard while this process stood still was not silence.
   void excuse_workers();
@@ -91,6 +100,8 @@ class CoordinatorImpl : public Coordinator {
   void perform_one(const RevokeLeases& revoke);
   void perform_one(const DropWorker& drop);
   void perform_one(const JobFailed& failed);
+  void perform_one(const AttemptFailed& failed);
+  void perform_one(const WorkerQuarantined& barred);
   void perform_one(const JobFinished& finished);
   void perform_one(const FrameFinished& finished);
   void tile_folded(JobId id, std::int32_t frame, std::uint32_t tile, std::uint32_t passes);
@@ -164,7 +175,14 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::steady_timer clock_;
   Instant armed_ = Instant::max();
   CoordinatorCounters counters_;
-  std::string refused_;  ///< why the disk takes no results
+  std::map<JobId, std::vector<FailureRecord>> new_failures_;  ///< not kept yet
+  bool keeping_failures_ = false;
+  struct Request {
+    JobId job = 0;  ///< 0: being submitted
+    std::string fingerprint;
+  };
+  std::map<std::string, Request> requests_;  ///< by idempotency key
+  std::string refused_;                      ///< why the disk takes no results
   bool holding_ = false;
   bool stopping_ = false;
   boost::asio::thread_pool pool_;      ///< decodes and folds

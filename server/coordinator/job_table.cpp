@@ -120,6 +120,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.cpu_seconds = record.cpu_seconds;
   status.rays = record.rays;
   status.rejected_samples = record.rejected_samples;
+  status.failures = failures;
   for (const JobRecord::Share& share : shares_by_size())
     status.shares.push_back({share.worker, share.samples});
   return status;
@@ -141,6 +142,7 @@ std::string job_event(const JobStatus& status) {
                   {"samples_total", status.view.samples},
                   {"samples_per_second", status.view.samples_per_second},
                   {"eta_seconds", eta},
+                  {"failures", status.failures},
                   {"waiting_for", waiting_for},
                   {"error", error}});
 }

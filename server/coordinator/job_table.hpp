@@ -25,10 +25,11 @@ struct Job {
   std::set<std::int32_t> files;                ///< frames whose final EXR is written
   std::optional<Digest> build;                 ///< of the workers that made the results
   std::optional<Instant> first_lease, last_fold;
-  std::string trouble;  ///< why its files cannot be written at present
-  bool ending = false;  ///< the scheduler is done with it; files and state are being written
-  bool ended = false;   ///< the end is durable
-  bool broken = false;  ///< what was durable cannot be read back: it can only fail
+  std::uint64_t failures = 0;  ///< attempts at its tasks that gave no result
+  std::string trouble;         ///< why its files cannot be written at present
+  bool ending = false;         ///< the scheduler is done with it; files and state are being written
+  bool ended = false;          ///< the end is durable
+  bool broken = false;         ///< what was durable cannot be read back: it can only fail
 
   /// The record's spec or priority has another value: the plan says the same.
   void spec_changed();

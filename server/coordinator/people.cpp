@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/assets/bundle.hpp"
@@ -12,6 +13,8 @@
 namespace tessera::server {
 
 namespace {
+
+constexpr Duration repeated_wait = std::chrono::milliseconds(20);
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
@@ -63,14 +66,47 @@ JobChange exchanged(JobRecord& record, const JobChange& change) {
 
 boost::asio::awaitable<JobId> CoordinatorImpl::submit(JobSpec spec) {
   check(spec);
-  const std::function<char()> look = [this, bundle = spec.bundle] {
+  JobRecord record;
+  record.spec = std::move(spec);
+  co_return co_await put_job(std::move(record));
+}
+
+boost::asio::awaitable<Submitted> CoordinatorImpl::submit_once(JobSpec spec,
+                                                               std::string idempotency_key) {
+  check(spec);
+  JobRecord record;
+  record.idempotency_key = idempotency_key;
+  record.idempotency_fingerprint = digest_of(to_json(spec).dump()).hex();
+  record.spec = std::move(spec);
+  Submitted submitted;
+  for (;;) {
+    const auto earlier = requests_.find(idempotency_key);
+    if (earlier == requests_.end()) break;
+    submitted.job = earlier->second.job;
+    submitted.of_another_request = earlier->second.fingerprint != record.idempotency_fingerprint;
+    if (submitted.job != 0) co_return submitted;
+    co_await crew_.pause(repeated_wait);  // it came while the first is being kept
+    if (stopping_) throw Error(ErrorKind::unreachable, "the coordinator stops");
+  }
+  requests_[idempotency_key] = {0, record.idempotency_fingerprint};
+  try {
+    submitted.job = co_await put_job(std::move(record));
+  } catch (...) {
+    requests_.erase(idempotency_key);
+    throw;
+  }
+  submitted.of_another_request = false;
+  requests_[idempotency_key].job = submitted.job;
+  co_return submitted;
+}
+
+boost::asio::awaitable<JobId> CoordinatorImpl::put_job(JobRecord record) {
+  const std::function<char()> look = [this, bundle = record.spec.bundle] {
     check_assets(blobs_, bundle);
     return char{};
   };
   co_await on<char>(files_, look);
-  JobRecord record;
-  record.priority = spec.priority;
-  record.spec = std::move(spec);
+  record.priority = record.spec.priority;
   record.created = unix_millis_now();
   const std::function<JobId()> put = [this, record] { return store_->put_job(record); };
   record.id = co_await on_writer<JobId>(put);

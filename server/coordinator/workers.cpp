@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "common/base/names.hpp"
@@ -88,10 +90,16 @@ void CoordinatorImpl::quarantine_worker(WorkerId worker, const std::string& reas
   const auto found = workers_.find(worker);
   if (found == workers_.end())
     throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
-  const std::string name = found->second.info.name;
   perform(scheduler_.quarantine_worker(worker, reason, now()));
-  log::info("worker {} ({}) is quarantined: {}", worker, name, excerpt(reason, 400));
-  hub_.publish("worker", 0, worker_event(worker, name, "quarantined"));
+}
+
+void CoordinatorImpl::perform_one(const WorkerQuarantined& barred) {
+  const auto found = workers_.find(barred.worker);
+  if (found == workers_.end()) return;
+  const std::string& name = found->second.info.name;
+  log::warn("worker {} ({}) is quarantined: {}", barred.worker, name, excerpt(barred.reason, 400));
+  send(barred.worker, wire::Revoke{{}, "this worker is quarantined: " + barred.reason});
+  hub_.publish("worker", 0, worker_event(barred.worker, name, "quarantined"));
 }
 
 void CoordinatorImpl::release_worker(WorkerId worker) {
@@ -100,6 +108,7 @@ void CoordinatorImpl::release_worker(WorkerId worker) {
     throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
   const std::string name = found->second.info.name;
   perform(scheduler_.release_worker(worker, now()));
+  send(worker, wire::Revoke{{}, "this worker is released: it is granted tasks again"});
   log::info("worker {} ({}) is released", worker, name);
   hub_.publish("worker", 0, worker_event(worker, name, "idle"));
 }
@@ -116,10 +125,17 @@ void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
     for (const auto& one : progress->running) running.emplace_back(one.lease, one.fraction);
     perform(scheduler_.worker_progress(worker, running, now()));
   } else if (const auto* failed = std::get_if<wire::Failed>(&message)) {
-    log::warn("worker {} ({}) could not do its work for job {} ({}): {}", worker,
-              workers_[worker].info.name, failed->job, excerpt(failed->code),
-              excerpt(failed->reason, 400));
-    perform(scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now()));
+    Actions actions =
+        scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now());
+    // The worker's own log goes with what it said, which is the first of these.
+    const auto said = std::find_if(actions.begin(), actions.end(), [](const Action& action) {
+      return std::holds_alternative<AttemptFailed>(action);
+    });
+    if (said != actions.end()) {
+      note_failure(std::get<AttemptFailed>(*said), failed->log);
+      actions.erase(said);
+    }
+    perform(actions);
   } else if (std::holds_alternative<wire::Drain>(message)) {
     perform(scheduler_.drain_worker(worker, now()));
     hub_.publish("worker", 0, worker_event(worker, workers_[worker].info.name, "draining"));

@@ -25,6 +25,8 @@ HandlerResult list_jobs(Call& call);
 HandlerResult get_job(Call& call);
 HandlerResult change_job(Call& call);
 HandlerResult cancel_job(Call& call);
+// failures.cpp
+HandlerResult list_failures(Call& call);
 // frames.cpp
 HandlerResult frame_exr(Call& call);
 HandlerResult frame_png(Call& call);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -37,6 +38,24 @@ HttpResponse job_response(const Call& call, JobId id) {
   return json_response(detailed(call.api, *status));
 }
 
+/// As draft-ietf-httpapi-idempotency-key-header has it, a string in quotes; without them, too.
+/// Empty if there is none.
+std::string idempotency_key_of(const HttpRequest& request) {
+  constexpr std::size_t most = 255;
+  auto key = request.field("idempotency-key").value_or(std::string_view());
+  const bool given = request.field("idempotency-key").has_value();
+  if (key.size() >= 2 && key.front() == '"' && key.back() == '"')
+    key = key.substr(1, key.size() - 2);
+  const bool plain = std::all_of(
+      key.begin(), key.end(), [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; });
+  if (given && (key.empty() || key.size() > most || !plain))
+    throw Error(
+        ErrorKind::bad_input,
+        fmt::format("Idempotency-Key: expected 1 to {} printable characters of ASCII", most),
+        {.key = "Idempotency-Key"});
+  return std::string(key);
+}
+
 struct Change {
   std::optional<bool> pause;
   JobChange job;
@@ -71,12 +90,22 @@ Change change_from(const Json& body) {
 }  // namespace
 
 HandlerResult submit_job(Call& call) {
+  const std::string key = idempotency_key_of(call.request);
   const Json body = co_await json_body(call);
   JobSpec spec = job_spec_from_json(body);
-  const JobId id = co_await call.api.coordinator.submit(std::move(spec));
-  HttpResponse response = job_response(call, id);
+  Submitted submitted;
+  if (key.empty()) {
+    submitted.job = co_await call.api.coordinator.submit(std::move(spec));
+  } else {
+    submitted = co_await call.api.coordinator.submit_once(std::move(spec), key);
+  }
+  if (submitted.of_another_request)
+    co_return problem(422, fmt::format("the Idempotency-Key was used for job {}, which was asked "
+                                       "for in other words",
+                                       submitted.job));
+  HttpResponse response = job_response(call, submitted.job);
   response.status = 201;
-  response.fields.emplace_back("Location", fmt::format("/v1/jobs/{}", id));
+  response.fields.emplace_back("Location", fmt::format("/v1/jobs/{}", submitted.job));
   co_return response;
 }
 

@@ -35,6 +35,8 @@ constexpr std::array table = {
     Route{"PATCH", "/v1/jobs/{id}", change_job, user, json,
           "Pause, resume, or change priority, most of workers, or focus region"},
     Route{"DELETE", "/v1/jobs/{id}", cancel_job, user, json, "Cancel a job"},
+    Route{"GET", "/v1/jobs/{id}/failures", list_failures, user, json,
+          "The newest attempts at its tasks that gave no result, with their reasons and logs"},
     Route{"GET", "/v1/jobs/{id}/frames/{frame}/image.exr", frame_exr, user, "image/x-exr",
           "The picture so far, all channels"},
     Route{"GET", "/v1/jobs/{id}/frames/{frame}/image.png", frame_png, user, "image/png",

@@ -68,6 +68,7 @@ Json job_object(const JobStatus& status) {
   job["cpu_seconds"] = status.cpu_seconds;
   job["rays"] = status.rays;
   job["rejected_samples"] = status.rejected_samples;
+  job["failures"] = status.failures;
   job["shares"] = shares_array(status);
   job["error"] = view.error.empty() ? Json() : Json(view.error);
   job["waiting_for"] = view.waiting_for.empty() ? Json() : Json(view.waiting_for);
@@ -75,6 +76,30 @@ Json job_object(const JobStatus& status) {
   job["plan"] = status.plan->digest.hex();
   job["build"] = view.build ? Json(view.build->hex()) : Json();
   return job;
+}
+
+Json failure_object(const FailureRecord& failure, const TileGrid& grid) {
+  Json out = {{"number", failure.number},
+              {"frame", nullptr},
+              {"tile", nullptr},
+              {"pass", nullptr},
+              {"window", nullptr},
+              {"worker", failure.worker_name},
+              {"worker_id", failure.worker},
+              {"started", time_or_null(failure.started)},
+              {"ended", time_or_null(failure.ended)},
+              {"outcome", failure.outcome},
+              {"reason", failure.reason},
+              {"log", failure.log.empty() ? Json() : Json(failure.log)}};
+  if (!failure.task) return out;
+  out["frame"] = failure.task->frame;
+  out["tile"] = failure.task->tile;
+  out["pass"] = failure.task->pass;
+  if (failure.task->tile >= grid.count()) return out;
+  const Rect window = grid.tile(failure.task->tile);
+  out["window"] = {
+      {"x", window.x}, {"y", window.y}, {"width", window.width}, {"height", window.height}};
+  return out;
 }
 
 Json worker_object(const WorkerView& worker) {

@@ -11,6 +11,8 @@ namespace tessera::server {
 /// "2026-01-31T12:00:00.000Z".
 std::string iso_time(UnixMillis time);
 Json job_object(const JobStatus& status);
+/// `window`: the tile's pixels.
+Json failure_object(const FailureRecord& failure, const TileGrid& grid);
 Json worker_object(const WorkerView& worker);
 
 }  // namespace tessera::server

@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "common/base/clock.hpp"
 #include "common/job/task.hpp"
 
 /// What the scheduler wants done.
@@ -32,6 +34,11 @@ struct DropWorker {
   WorkerId worker = 0;
   std::string reason;
 };
+/// Granted nothing until it is released; said once each time that it connects or is barred.
+struct WorkerQuarantined {
+  WorkerId worker = 0;
+  std::string reason;
+};
 /// The job has failed; said once. Its leases are revoked.
 struct JobFailed {
   JobId job = 0;
@@ -46,8 +53,26 @@ struct FrameFinished {
   JobId job = 0;
   std::int32_t frame = 0;
 };
-using Action =
-    std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobFinished, FrameFinished>;
+/// An attempt has given no result, for a reason that is held against it. To be kept for people;
+/// nothing depends on it.
+struct AttemptFailed {
+  enum class Outcome {
+    lost,     ///< its worker was lost while it ran
+    stalled,  ///< it made no progress for too long
+    failed,   ///< its worker said an error
+    invalid,  ///< its result was not what was asked for
+  };
+  JobId job = 0;
+  std::optional<TaskId> task;  ///< lacking: the job's scene was being prepared
+  LeaseId lease;               ///< of the task; 0.0 without one
+  WorkerId worker = 0;
+  std::string worker_name;
+  Outcome outcome = Outcome::lost;
+  std::string reason;
+  std::optional<Instant> granted;  ///< lacking: no longer known
+};
+using Action = std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobFinished,
+                            FrameFinished, AttemptFailed, WorkerQuarantined>;
 /// In the order in which they are to be carried out.
 using Actions = std::vector<Action>;
 

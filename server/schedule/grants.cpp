@@ -95,7 +95,7 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
     worker.advanced = worker.got_on = now;
     worker.busy_since = now;
   }
-  worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples});
+  worker.leases.emplace(lease.number, HeldLease{lease, job.id, task, samples, now});
   worker.alone = alone;
   part.samples_held += samples;
   job.out.add(task, Holder{worker.id, lease});
@@ -249,6 +249,8 @@ void Scheduler::State::settle(Instant now, Actions& actions) {
              "it sent results that it was not asked for, or that were not what was asked", now,
              actions);
       } else {
+        if (entry->barred && !std::exchange(entry->told_barred, true))
+          actions.emplace_back(WorkerQuarantined{id, identities[entry->info.identity].quarantine});
         fill(*entry, now, actions);
       }
     }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/schedule/failures.hpp"
 #include "server/schedule/state.hpp"
 
 namespace tessera::server {
@@ -91,18 +92,20 @@ void Scheduler::State::lost_while_preparing(JobEntry& job, const WorkerEntry& lo
        actions);
 }
 
-void Scheduler::State::give_back(WorkerEntry& worker, std::uint64_t number, bool ran,
-                                 Actions& actions) {
+void Scheduler::State::give_back(WorkerEntry& worker, std::uint64_t number,
+                                 const std::optional<Charge>& charge, Actions& actions) {
   const bool alone = worker.alone;
   const HeldLease held = end_lease(worker, number);
   JobEntry* entry = live_job(held.job);
   if (entry == nullptr) return;
-  if (ran && is_awaited(*entry, held.task))
+  if (charge) actions.emplace_back(attempt_failed(worker, held, charge->outcome, charge->reason));
+  if (charge && is_awaited(*entry, held.task))
     lost_while_running(*entry, held.task, worker.info, alone, actions);
   if (entry->live()) put_back(*entry, held.task);
 }
 
-void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& actions) {
+void Scheduler::State::give_back_all(WorkerEntry& worker, const std::optional<Charge>& charge,
+                                     Actions& actions) {
   // A worker begins its leases in the order in which they came, no more at once than it has
   // threads.
   for (int place = 0; !worker.leases.empty(); ++place) {
@@ -110,7 +113,9 @@ void Scheduler::State::give_back_all(WorkerEntry& worker, bool blame, Actions& a
     const auto part = worker.parts.find(held.job);
     const bool ready = part != worker.parts.end() && part->second.ready;
     const bool ran = ready && (place < std::max(1, worker.info.threads) || held.runs);
-    give_back(worker, number, blame && ran, actions);
+    if (charge && !ready && place == 0)
+      actions.emplace_back(preparation_failed(worker, held.job, charge->outcome, charge->reason));
+    give_back(worker, number, ran ? charge : std::nullopt, actions);
   }
   unreserve(worker);
 }
@@ -132,21 +137,22 @@ void Scheduler::State::expire(WorkerEntry& worker, Instant now, Actions& actions
   const bool all = !worker.leases.begin()->second.runs;
   if (all && worker.advanced + settings.stall > now)
     return give_up_preparation(worker, now, actions);
-  RevokeLeases revoke{worker.id, {}, "no progress for too long", true};
+  const Charge charge{AttemptFailed::Outcome::stalled, "no progress for too long"};
+  RevokeLeases revoke{worker.id, {}, charge.reason, true};
   for (const auto& [number, held] : worker.leases) {
     if (all || (held.runs && held.advanced + held.stall <= now)) revoke.leases.push_back(held.id);
   }
   worker.expired.insert(revoke.leases.begin(), revoke.leases.end());
-  fault_of(worker, worker.leases.begin()->second.job, "no progress for too long");
+  fault_of(worker, worker.leases.begin()->second.job, charge.reason);
   actions.emplace_back(revoke);
   worker.measured(now);
   worker.advanced = now;  // what was queued behind begins now
   if (all) {
-    give_back_all(worker, true, actions);
+    give_back_all(worker, charge, actions);
     return count_without();
   }
   for (const LeaseId& lease : revoke.leases) {
-    if (worker.leases.contains(lease.number)) give_back(worker, lease.number, true, actions);
+    if (worker.leases.contains(lease.number)) give_back(worker, lease.number, charge, actions);
   }
   count_without();
 }
@@ -218,6 +224,7 @@ void Scheduler::State::give_up_preparation(WorkerEntry& worker, Instant now, Act
   for (const auto& [number, held] : worker.leases)
     if (held.job == id) revoke.leases.push_back(held.id);
   actions.emplace_back(std::move(revoke));
+  actions.emplace_back(preparation_failed(worker, id, AttemptFailed::Outcome::stalled, reason));
   worker.got_on = now;  // what it may prepare next begins now
   if (JobEntry* entry = live_job(id)) could_not_prepare(worker, *entry, reason, now, actions);
 }
@@ -252,6 +259,7 @@ void Scheduler::State::fault_of(WorkerEntry& worker, JobId job, const std::strin
 void Scheduler::State::bar(WorkerEntry& worker, const std::string& reason) {
   identities[worker.info.identity].quarantine = reason;
   worker.barred = true;
+  worker.told_barred = false;
   unreserve(worker);
   touched.insert(worker.id);
 }

@@ -92,6 +92,8 @@ Actions Scheduler::result_invalid(WorkerId worker, const LeaseId& lease, JobId j
     }
   }
   if (!reason.empty() && entry != nullptr) {
+    actions.emplace_back(AttemptFailed{job, task, lease, worker, entry->info.name,
+                                       AttemptFailed::Outcome::invalid, reason, std::nullopt});
     state_->rest(*entry, now);
     state_->fault_of(*entry, job, "an invalid result: " + reason);
     state_->offend(*entry);

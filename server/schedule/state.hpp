@@ -124,9 +124,16 @@ struct Scheduler::State {
                           Actions& actions);
   /// The worker was lost while it built this job's scene.
   void lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now, Actions& actions);
-  void give_back_all(WorkerEntry& worker, bool blame, Actions& actions);
-  /// A lease that ends without a result; `ran`: its worker is charged with it.
-  void give_back(WorkerEntry& worker, std::uint64_t number, bool ran, Actions& actions);
+  /// What a worker is charged with.
+  struct Charge {
+    AttemptFailed::Outcome outcome = AttemptFailed::Outcome::lost;
+    std::string reason;
+  };
+  /// What it ran is held against it, if there is a charge.
+  void give_back_all(WorkerEntry& worker, const std::optional<Charge>& charge, Actions& actions);
+  /// A lease that ends without a result, held against its worker if there is a charge.
+  void give_back(WorkerEntry& worker, std::uint64_t number, const std::optional<Charge>& charge,
+                 Actions& actions);
   /// Begins the clock of a lease that its worker has begun.
   void begin_running(const WorkerEntry& worker, HeldLease& held, Instant now);
   /// What runs and stands still; all, if nothing was ever said of any.
@@ -165,7 +172,7 @@ struct Scheduler::State {
   // ---- workers.cpp ----
   /// A worker has gone or stands still: what waited for it alone is for the others.
   void count_without();
-  void disconnect(WorkerId id, bool blame, Instant now, Actions& actions);
+  void disconnect(WorkerId id, const std::optional<Charge>& charge, Instant now, Actions& actions);
   void drop(WorkerEntry& worker, bool blame, const std::string& reason, Instant now,
             Actions& actions);
 };

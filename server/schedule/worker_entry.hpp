@@ -17,6 +17,7 @@ struct HeldLease {
   JobId job = 0;
   TaskId task;
   std::int64_t samples = 0;
+  Instant granted{};
   bool runs = false;    // it has said so
   double fraction = 0;  // as last reported
   double counted = 0;   // … when its worker was last measured
@@ -45,7 +46,8 @@ struct WorkerEntry {
   WorkerId id;
   WorkerInfo info;
   bool draining = false;
-  bool barred = false;    // by its offences: granted nothing
+  bool barred = false;  // by its offences: granted nothing
+  bool told_barred = false;
   bool offended = false;  // … just now: its connection is to end
   bool alone = false;     // what it holds is a suspect
   std::optional<std::pair<JobId, TaskId>>

@@ -1,6 +1,7 @@
 // Workers: how they come, speak, fall silent and go.
 #include <algorithm>
 
+#include "server/schedule/failures.hpp"
 #include "server/schedule/state.hpp"
 
 namespace tessera::server {
@@ -34,7 +35,8 @@ void Scheduler::State::count_without() {
   }
 }
 
-void Scheduler::State::disconnect(WorkerId id, bool blame, Instant now, Actions& actions) {
+void Scheduler::State::disconnect(WorkerId id, const std::optional<Charge>& charge, Instant now,
+                                  Actions& actions) {
   // Taken out first: what follows speaks to the workers that are there.
   auto node = workers.extract(id);
   WorkerEntry& gone = node.mapped();
@@ -50,8 +52,8 @@ void Scheduler::State::disconnect(WorkerId id, bool blame, Instant now, Actions&
     entry->changes += 1 / (others * others);
     entry->losses += 1 / others;
   }
-  const std::set<JobId> unprepared = blame ? in_preparation(gone) : std::set<JobId>{};
-  give_back_all(gone, blame, actions);
+  const std::set<JobId> unprepared = charge ? in_preparation(gone) : std::set<JobId>{};
+  give_back_all(gone, charge, actions);
   for (const JobId job : unprepared) {
     if (JobEntry* entry = live_job(job)) lost_while_preparing(*entry, gone, now, actions);
   }
@@ -64,7 +66,9 @@ void Scheduler::State::drop(WorkerEntry& worker, bool blame, const std::string& 
   const WorkerId id = worker.id;
   dropped.emplace(id, worker.info.identity);
   actions.emplace_back(DropWorker{id, reason});
-  disconnect(id, blame, now, actions);
+  std::optional<Charge> charge;
+  if (blame) charge = Charge{AttemptFailed::Outcome::lost, reason};
+  disconnect(id, charge, now, actions);
 }
 
 Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) {
@@ -98,7 +102,10 @@ Actions Scheduler::worker_left(WorkerId worker, bool clean, Instant now) {
     state_->dropped.erase(told);
   } else if (const WorkerEntry* entry = state_->worker(worker)) {
     state_->identities[entry->info.identity].connected = false;
-    state_->disconnect(worker, !clean && !entry->draining, now, actions);
+    std::optional<State::Charge> charge;
+    if (!clean && !entry->draining)
+      charge = {AttemptFailed::Outcome::lost, "its connection ended without a word"};
+    state_->disconnect(worker, charge, now, actions);
   }
   state_->settle(now, actions);
   return actions;
@@ -189,6 +196,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
     const auto held = entry->leases.find(lease->number);
     if (held != entry->leases.end() && held->second.id == *lease && held->second.job == job) {
       const HeldLease ended = state_->end_lease(*entry, lease->number);
+      actions.emplace_back(attempt_failed(*entry, ended, AttemptFailed::Outcome::failed, reason));
       state_->rest(*entry, now);
       state_->fault_of(*entry, job, reason);
       if (failed != nullptr && state_->is_awaited(*failed, ended.task)) {
@@ -196,6 +204,7 @@ Actions Scheduler::worker_failed(WorkerId worker, JobId job, std::optional<Lease
       }
     }
   } else if (failed != nullptr && entry->parts.contains(job)) {
+    actions.emplace_back(preparation_failed(*entry, job, AttemptFailed::Outcome::failed, reason));
     state_->could_not_prepare(*entry, *failed, reason, now, actions);
   }
   state_->settle(now, actions);
@@ -220,7 +229,7 @@ Actions Scheduler::quarantine_worker(WorkerId worker, const std::string& reason,
     RevokeLeases revoke{worker, {}, "the worker is quarantined: " + reason};
     for (const auto& [number, held] : entry->leases) revoke.leases.push_back(held.id);
     if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));
-    state_->give_back_all(*entry, false, actions);
+    state_->give_back_all(*entry, std::nullopt, actions);
   }
   state_->settle(now, actions);
   return actions;
@@ -234,6 +243,7 @@ Actions Scheduler::release_worker(WorkerId worker, Instant now) {
     identity.failures.clear();
     identity.quarantine.clear();
     entry->barred = false;
+    entry->told_barred = false;
     state_->touched.insert(worker);
   }
   state_->settle(now, actions);

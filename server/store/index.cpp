@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::string_view job_columns =
     "id, spec, state, priority, created, started, finished, error, render_seconds, rays, "
-    "rejected_samples, shares, cpu_seconds, extended_from";
+    "rejected_samples, shares, cpu_seconds, extended_from, idempotency_key, "
+    "idempotency_fingerprint";
 
 Database opened(const std::filesystem::path& file, bool durable, const char* vfs) {
   Database database(file, Database::Mode::read_write, vfs);
@@ -44,6 +45,8 @@ JobRecord job_from(const Statement& row, const std::filesystem::path& name) {
   job.cpu_seconds = row.number(column++);
   job.extended_from =
       parse_json(row.text(column++), name.string()).get<std::vector<std::int64_t>>();
+  job.idempotency_key = row.text(column++);
+  job.idempotency_fingerprint = row.text(column++);
   return job;
 }
 
@@ -87,10 +90,12 @@ JobId Index::put_job(const JobRecord& record) {
   Statement insert = writer_.prepare(
       "INSERT INTO jobs(spec, state, priority, created, started, finished, error, render_seconds, "
       "rays, rejected_samples, "
-      "shares, cpu_seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)");
+      "shares, cpu_seconds, idempotency_key, idempotency_fingerprint) VALUES(?1, ?2, ?3, ?4, ?5, "
+      "?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)");
   insert.run(to_json(record.spec).dump(), record.state, record.priority, record.created,
              record.started, record.finished, record.error, record.render_seconds, record.rays,
-             record.rejected_samples, shares_text(record), record.cpu_seconds);
+             record.rejected_samples, shares_text(record), record.cpu_seconds,
+             record.idempotency_key, record.idempotency_fingerprint);
   return static_cast<JobId>(writer_.last_row());
 }
 

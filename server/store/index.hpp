@@ -33,6 +33,10 @@ class Index {
   void update_job(const JobRecord& record);
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 
+  void add_failures(JobId job, std::span<const FailureRecord> failures, std::size_t kept);
+  [[nodiscard]] std::vector<FailureRecord> failures(JobId job) const;
+  [[nodiscard]] std::map<JobId, std::uint64_t> failure_counts() const;
+
   /// In one transaction; nothing of it if it throws.
   void add_results(std::span<const NewResult> batch, std::span<const ResultPlace> places);
   void results_of(JobId job, std::optional<std::int32_t> frame,

@@ -124,6 +124,23 @@ struct JobRecord {
   };
   std::vector<Share> shares;                ///< kept for when the results themselves are forgotten
   std::vector<std::int64_t> extended_from;  ///< samples it had before it was extended, oldest first
+  /// What who posted it called the request, and a digest of what was posted, so that it can be
+  /// repeated. Empty: it cannot. They do not change.
+  std::string idempotency_key, idempotency_fingerprint;
+};
+
+/// An attempt at a task of a job that gave no result, as people are told of it.
+struct FailureRecord {
+  std::uint64_t number = 0;    ///< counts a job's failures from 1; the store's to give
+  std::optional<TaskId> task;  ///< lacking: the job's scene was being prepared
+  LeaseId lease;               ///< of the task; 0.0 without one
+  std::uint64_t worker = 0;
+  std::string worker_name;
+  std::string outcome;                ///< "lost", "stalled", "failed", "invalid"
+  UnixMillis started = 0, ended = 0;  ///< 0: not known
+  std::string reason;
+  std::string log;  ///< the last lines of the worker's log, if it could say them
+  bool operator==(const FailureRecord&) const = default;
 };
 
 }  // namespace tessera::server

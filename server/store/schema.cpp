@@ -11,7 +11,7 @@ constexpr int application_id = 0x54535241;  // "TSRA"
 
 // Step i brings version i to version i + 1. What has been released is never changed: a new version
 // is a new step.
-constexpr std::array<const char*, 3> steps{R"sql(
+constexpr std::array<const char*, 4> steps{R"sql(
   CREATE TABLE meta(key TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
   INSERT INTO meta VALUES('epoch', 0);
 
@@ -69,6 +69,21 @@ constexpr std::array<const char*, 3> steps{R"sql(
     job INTEGER NOT NULL, worker INTEGER NOT NULL,
     samples INTEGER NOT NULL, rays INTEGER NOT NULL, rejected INTEGER NOT NULL, cpu_seconds REAL NOT NULL,
     PRIMARY KEY(job, worker)) WITHOUT ROWID;
+)sql",
+                                           R"sql(
+  -- Attempts that gave no result: the newest of each job. `number` counts all of the job's, from 1.
+  CREATE TABLE failures(
+    job INTEGER NOT NULL, number INTEGER NOT NULL,
+    frame INTEGER NOT NULL, tile INTEGER NOT NULL, pass INTEGER NOT NULL,  -- pass -1: its scene was being prepared
+    epoch INTEGER NOT NULL, lease INTEGER NOT NULL,
+    worker INTEGER NOT NULL, worker_name TEXT NOT NULL,
+    outcome TEXT NOT NULL,
+    started INTEGER NOT NULL, ended INTEGER NOT NULL,  -- Unix milliseconds, 0: not known
+    reason TEXT NOT NULL, log TEXT NOT NULL,
+    PRIMARY KEY(job, number)) WITHOUT ROWID;
+  -- What who posted a job called the request, and a digest of what was posted.
+  ALTER TABLE jobs ADD COLUMN idempotency_key TEXT NOT NULL DEFAULT '';
+  ALTER TABLE jobs ADD COLUMN idempotency_fingerprint TEXT NOT NULL DEFAULT '';
 )sql"};
 
 }  // namespace

@@ -129,6 +129,14 @@ JobId Store::put_job(const JobRecord& record) { return state_->index.put_job(rec
 void Store::update_job(const JobRecord& record) { state_->index.update_job(record); }
 std::vector<JobRecord> Store::list_jobs() const { return state_->index.list_jobs(); }
 
+void Store::add_failures(JobId job, std::span<const FailureRecord> failures) {
+  state_->index.add_failures(job, failures, failures_kept);
+}
+std::vector<FailureRecord> Store::failures(JobId job) const { return state_->index.failures(job); }
+std::map<JobId, std::uint64_t> Store::failure_counts() const {
+  return state_->index.failure_counts();
+}
+
 std::vector<ResultPlace> Store::append_results(std::span<const NewResult> batch) {
   if (batch.empty()) return {};
   std::vector<ResultPlace> places = state_->journal.append(batch);

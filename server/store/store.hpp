@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -59,6 +60,16 @@ class Store {
   void extend_job(const JobRecord& record, std::uint32_t passes);
   /// All jobs by id.
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
+
+  // ---- failures: for people; durable on return ----
+  /// The newest so many of each job are kept.
+  static constexpr std::size_t failures_kept = 100;
+  /// Numbers them on from those that the job had.
+  void add_failures(JobId job, std::span<const FailureRecord> failures);
+  /// Those that are kept, newest first.
+  [[nodiscard]] std::vector<FailureRecord> failures(JobId job) const;
+  /// How many each job had in all, where it had any.
+  [[nodiscard]] std::map<JobId, std::uint64_t> failure_counts() const;
 
   // ---- results ----
   /// Journal, one sync, index, one commit: on return every result of the batch is durable and may

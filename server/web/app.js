@@ -74,11 +74,18 @@ function showFacts(job) {
     ['Filter', job.spec.render.filter],
   ];
   if (job.rejected_samples > 0) facts.push(['Samples NaN or Inf', count(job.rejected_samples)]);
+  if (job.failures > 0) {
+    const link = make('a', count(job.failures));
+    link.href = `/v1/jobs/${job.id}/failures`;
+    facts.push(['Failed attempts', link]);
+  }
   for (const share of job.shares.slice(0, 6)) facts.push([`By ${share.worker}`, `${count(share.samples)} samples`]);
   element('facts').replaceChildren(
     ...facts.map(([name, value]) => {
       const group = make('div');
-      group.append(make('dt', name), make('dd', value));
+      const fact = make('dd');
+      fact.append(value);
+      group.append(make('dt', name), fact);
       return group;
     }),
   );

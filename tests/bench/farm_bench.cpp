@@ -6,20 +6,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <random>
 #include <sstream>
 #include <thread>
-#include <tuple>
 
+#include "tests/bench/flood.hpp"
+#include "tests/bench/print.hpp"
 #include "tests/farm/farm.hpp"
 #include "tests/farm/reordering_proxy.hpp"
-#include "tests/farm/scripted_worker.hpp"
 
 namespace tessera::farm_test {
 namespace {
@@ -32,11 +28,6 @@ double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t half = values.size() / 2;
   return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
-}
-
-void print(const std::string& what, double value, const std::string& unit, const std::string& aim) {
-  std::printf("%-64s %12.4g %-10s %s\n", what.c_str(), value, unit.c_str(), aim.c_str());
-  std::fflush(stdout);
 }
 
 /// CPU seconds, user and system, of a command and all that it started and waited for; negative if
@@ -84,13 +75,6 @@ Used used_by(pid_t pid) {
   return used;
 }
 
-double peak_mib(pid_t pid) {
-  std::istringstream status(read_text("/proc/" + std::to_string(pid) + "/status"));
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
-  return 0;
-}
-
 /// The farm's CPU time over the renderer's, both in turn, so that the machine's drift cancels.
 void overhead(int pairs, int size, int samples) {
   const std::string film = std::to_string(size) + "x" + std::to_string(size);
@@ -119,50 +103,6 @@ void overhead(int pairs, int size, int samples) {
   }
 }
 
-/// Takes tasks and answers at once with tiles made beforehand, as a worker of boundless speed
-/// would.
-class Flood {
- public:
-  Flood(const std::string& address, int number) : worker_(address, hello(number)) {
-    std::mt19937 random(static_cast<unsigned>(number));
-    std::uniform_real_distribution<float> uniform(0.5F, 1);
-    for (float& value : noise_) value = uniform(random);
-  }
-
-  void run(std::atomic<std::int64_t>& delivered) {
-    while (auto task = worker_.next_task(Seconds(3))) {
-      wire::Result result = ScriptedWorker::result_of(*task);
-      result.seconds = 1e-5;
-      if (!worker_.say(result, tile_for(*task))) return;
-      ++delivered;
-    }
-  }
-
- private:
-  static ScriptedHello hello(int number) {
-    ScriptedHello hello;
-    hello.identity.replace(0, 1, std::to_string(number));
-    return hello;
-  }
-  /// Noise, each tile another piece of it: mantissas are random as a renderer's are, so that the
-  /// picture's file is as hard to compress.
-  std::vector<std::byte> tile_for(const AssignedTask& task) {
-    const Rect window = task.plan.grid.tile(task.assign.task.tile);
-    auto& made = made_[{task.assign.task.pass, window.width, window.height}];
-    if (made.values.empty()) made = ScriptedWorker::good_image(task);
-    made.window = window;
-    constexpr std::size_t step = 4099;
-    const std::size_t room = noise_.size() - made.values.size();
-    const auto from = static_cast<std::ptrdiff_t>(++tiles_ * step % room);
-    std::copy_n(noise_.begin() + from, made.values.size(), made.values.begin());
-    return image::encode_tile(made);
-  }
-  ScriptedWorker worker_;
-  std::map<std::tuple<std::uint32_t, int, int>, image::TileImage> made_;
-  std::vector<float> noise_ = std::vector<float>(std::size_t{1} << 20);
-  std::size_t tiles_ = 0;
-};
-
 /// One job after another, as a coordinator has them; the count is of all.
 struct Load {
   int film = 512, tile = 64, samples = 256, jobs = 1;
@@ -172,11 +112,8 @@ void results(const Load& load, const std::string& aim_rate, const std::string& a
   Farm farm;
   const std::string side = std::to_string(load.film), tile = std::to_string(load.tile);
   const Used before = used_by(farm.server().pid());
-  std::atomic<std::int64_t> delivered = 0;
-  std::vector<std::thread> threads;
   const auto started = Clock::now();
-  for (int number = 0; number < 2; ++number)
-    threads.emplace_back([&, number] { Flood(farm.listen(), number).run(delivered); });
+  const Floods floods(farm.listen(), 2);
   for (int job = 0; job < load.jobs; ++job) {
     const std::string id = farm.submit(cornell(), {"--size", side + "x" + side, "--tile", tile,
                                                    "--samples", std::to_string(load.samples)});
@@ -185,8 +122,7 @@ void results(const Load& load, const std::string& aim_rate, const std::string& a
   }
   const double took = std::chrono::duration<double>(Clock::now() - started).count();
   const Used after = used_by(farm.server().pid());
-  for (std::thread& thread : threads) thread.join();
-  const auto count = static_cast<double>(delivered);
+  const auto count = static_cast<double>(floods.delivered());
   std::printf("film %s, tiles of %s, %d samples, %d jobs, %.0f results:\n", side.c_str(),
               tile.c_str(), load.samples, load.jobs, count);
   const double user = after.user - before.user, system = after.system - before.system;
@@ -196,7 +132,7 @@ void results(const Load& load, const std::string& aim_rate, const std::string& a
         "us", aim_cpu);
   print("  of it in the system", 1e6 * system / count, "us", "");
   print("  page faults per result", (after.faults - before.faults) / count, "", "");
-  print("coordinator's peak memory", peak_mib(farm.server().pid()), "MiB", "");
+  print("coordinator's peak memory", farm.server().peak_memory(), "MiB", "");
 }
 
 void idle_gap() {
@@ -214,7 +150,7 @@ void idle_gap() {
   const double wall = std::chrono::duration<double>(seen.back().when - seen.front().when).count();
   print("idle gap of a worker between tasks, mean",
         1e3 * (wall - rendering) / static_cast<double>(seen.size() - 1), "ms", "under 5");
-  print("worker's peak memory, Cornell box", peak_mib(worker.pid()), "MiB", "");
+  print("worker's peak memory, Cornell box", worker.peak_memory(), "MiB", "");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tests/farm/crowd.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <boost/asio/co_spawn.hpp>
@@ -9,6 +10,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 
 #include "common/net/address.hpp"
@@ -22,6 +24,17 @@ namespace asio = boost::asio;
 namespace {
 constexpr auto beat = std::chrono::milliseconds(300);
 constexpr auto patience = std::chrono::seconds(30);
+
+/// As many open files as the system lets this process have: the soft limit is often 1,024.
+void raise_file_limit(std::size_t needed) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  if (limit.rlim_max < needed)
+    throw std::runtime_error(fmt::format("{} connections need a hard limit of open files above {}",
+                                         needed, limit.rlim_max));
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
 }  // namespace
 
 struct Crowd::Impl {
@@ -96,6 +109,8 @@ void Crowd::Impl::answer(net::FramedStream& stream, const wire::Message& message
 
 Crowd::Crowd(const std::string& address, std::size_t count)
     : impl_(std::make_unique<Impl>(address, count)) {
+  constexpr std::size_t other_files = 64;
+  raise_file_limit(count + other_files);
   for (std::size_t number = 0; number < count; ++number)
     asio::co_spawn(impl_->io, impl_->live(number), asio::detached);
   impl_->thread = std::thread([this] { impl_->io.run(); });

@@ -42,6 +42,10 @@ void Farm::await_server() {
 
 void Farm::kill_and_restart_server() {
   server_.kill();
+  start_killed_server();
+}
+
+void Farm::start_killed_server() {
   start_server();
   await_server();
 }

@@ -29,6 +29,8 @@ class Farm {
 
   /// SIGKILL, and a new coordinator over the same data folder and ports.
   void kill_and_restart_server();
+  /// The second half of it; until it answers.
+  void start_killed_server();
   /// The same, but the new one is killed too, so soon after its start.
   void kill_server_and_its_successor_after(Seconds wait);
   /// SIGKILL, and a new worker of the same name and cache.

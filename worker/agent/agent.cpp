@@ -124,6 +124,7 @@ void Agent::Impl::pump() {
   if (!stream) return;
   for (Outgoing& out : state.take_outgoing()) {
     log::debug("saying {}", wire::name_of(wire::type_of(out.message)));
+    if (auto* failed = std::get_if<wire::Failed>(&out.message)) failed->log = log::recent();
     stream->send(out.message, std::move(out.body));
   }
   if ((state.finished() || giving_up) && state.is_connected() && !std::exchange(bye_said, true))
@@ -224,6 +225,9 @@ asio::awaitable<void> Agent::Impl::serve() {
       throw Error(ErrorKind::unreachable, fmt::format("the coordinator left: {}", bye->reason));
     if (const auto* rejected = std::get_if<wire::Rejected>(&incoming->message))
       log::warn("a result was rejected: {}", rejected->reason);
+    if (const auto* revoke = std::get_if<wire::Revoke>(&incoming->message);
+        revoke != nullptr && revoke->leases.empty())
+      log::warn("the coordinator says: {}", revoke->reason);
     state.said(incoming->message, now());
   }
 }

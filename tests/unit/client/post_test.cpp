@@ -23,6 +23,7 @@ namespace {
 struct Answer {
   int status = 200;
   std::string body = "{}";
+  bool lost = false;       ///< the request is taken, and the connection closed without an answer
   bool interrupt = false;  ///< once the request is there, the process gets SIGINT
 };
 
@@ -47,6 +48,11 @@ class ScriptedServer {
   ScriptedServer& operator=(const ScriptedServer&) = delete;
 
   [[nodiscard]] Settings settings() const { return {.server = url_, .token = {}}; }
+  /// The idempotency keys of the requests, once all have been answered.
+  std::string keys() {
+    requests();
+    return keys_;
+  }
   /// The first words of the requests' first lines, once all have been answered: "GET /x,POST /y".
   std::string requests() {
     thread_.join();
@@ -62,6 +68,11 @@ class ScriptedServer {
       const int peer = accept(listening_, nullptr, nullptr);
       const std::string request = receive(peer);
       requests_ += (requests_.empty() ? "" : ",") + request.substr(0, request.find(" HTTP/"));
+      keys_ += (keys_.empty() ? "" : ",") + key_of(request);
+      if (answer.lost) {
+        close(peer);
+        continue;
+      }
       if (answer.interrupt) {
         kill(getpid(), SIGINT);
         // Time for a client that breaks off to do so; one that does not gets its answer.
@@ -95,8 +106,15 @@ class ScriptedServer {
     }
   }
 
+  static std::string key_of(const std::string& request) {
+    const std::string field = "Idempotency-Key: ";
+    const std::size_t at = request.find(field);
+    if (at == std::string::npos) return {};
+    return request.substr(at + field.size(), request.find('\r', at) - at - field.size());
+  }
+
   int listening_;
-  std::string url_, requests_;
+  std::string url_, requests_, keys_;
   std::thread thread_;
 };
 
@@ -130,6 +148,28 @@ TEST(Post, a_signal_does_not_lose_the_id_of_a_job_that_the_server_took) {
               return job.at("id").dump() + (interrupted() ? " interrupted" : "");
             }),
             "7 interrupted");
+}
+
+TEST(Post, a_job_whose_answer_is_lost_is_posted_again_under_the_same_key) {
+  ScriptedServer scripted(
+      {{.lost = true}, {.lost = true}, {.body = job_seven}, {.body = job_seven}});
+  Server server(scripted.settings());
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(post_job(server, JobSpec{}).at("id"), 7);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("trying again"), std::string::npos);
+  post_job(server, JobSpec{});
+  const std::string keys = scripted.keys();
+  std::vector<std::string> each;
+  for (std::size_t at = 0; at <= keys.size();) {
+    const std::size_t end = std::min(keys.find(',', at), keys.size());
+    each.push_back(keys.substr(at, end - at));
+    at = end + 1;
+  }
+  ASSERT_EQ(each.size(), 4U) << keys;
+  EXPECT_GE(each[0].size(), 32U);
+  EXPECT_EQ(each[0], each[1]);
+  EXPECT_EQ(each[0], each[2]);
+  EXPECT_NE(each[0], each[3]) << "another job has another key";
 }
 
 TEST(Post, submit_interrupted_takes_its_job_back) {

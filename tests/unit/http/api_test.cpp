@@ -28,6 +28,57 @@ TEST_F(ApiTest, ASubmittedJobIsCreatedAndShown) {
   EXPECT_EQ(job["spec"]["bundle"], bundle);
 }
 
+TEST_F(ApiTest, AJobThatIsPostedTwiceUnderOneKeyIsOneJob) {
+  const HttpFields key{{"idempotency-key", "\"4f1c\""}};
+  const Json first = json(ask("POST", "/v1/jobs", spec_text("cornell"), key));
+  const HttpResponse again = ask("POST", "/v1/jobs", spec_text("cornell"), key);
+  EXPECT_EQ(again.status, 201U);
+  EXPECT_EQ(json(again)["id"], first["id"]);
+  EXPECT_EQ(coordinator.known.size(), 1U);
+  const HttpResponse other = ask("POST", "/v1/jobs", spec_text("sponza"), key);
+  EXPECT_EQ(other.status, 422U);
+  EXPECT_THAT(json(other)["detail"].get<std::string>(), HasSubstr("job 1"));
+  for (const std::string bad : {"", "\"\"", "a\tb"})
+    EXPECT_EQ(ask("POST", "/v1/jobs", spec_text("x"), {{"idempotency-key", bad}}).status, 400U);
+}
+
+TEST_F(ApiTest, FailedAttemptsAreListedWithTheirPlaceReasonAndLog) {
+  coordinator.add(3).failures = 205;
+  FailureRecord failure;
+  failure.number = 205;
+  failure.task = TaskId{1, 1, 0};
+  failure.worker = 4;
+  failure.worker_name = "render-1";
+  failure.outcome = "failed";
+  failure.ended = 1'700'000'000'000;
+  failure.reason = "no memory";
+  failure.log = "a\nb\n";
+  FailureRecord preparation;
+  preparation.outcome = "lost";
+  coordinator.failed_attempts = {failure, preparation};
+  const Json answer = json(ask("GET", "/v1/jobs/3/failures"));
+  EXPECT_EQ(answer["count"], 205);
+  const Json& first = answer["failures"][0];
+  EXPECT_EQ(first["tile"], 1);
+  EXPECT_EQ(first["window"], (Json{{"x", 16}, {"y", 0}, {"width", 16}, {"height", 16}}));
+  EXPECT_EQ(first["worker"], "render-1");
+  EXPECT_EQ(first["started"], nullptr);
+  EXPECT_EQ(first["ended"], "2023-11-14T22:13:20.000Z");
+  EXPECT_EQ(first["reason"], "no memory");
+  EXPECT_EQ(first["log"], "a\nb\n");
+  EXPECT_EQ(answer["failures"][1]["tile"], nullptr);
+  EXPECT_EQ(json(ask("GET", "/v1/jobs/3"))["failures"], 205);
+  EXPECT_EQ(ask("GET", "/v1/jobs/4/failures").status, 404U);
+}
+
+TEST_F(ApiTest, ReadyzSaysWhyResultsCannotBeKept) {
+  EXPECT_EQ(ask("GET", "/readyz").status, 200U);
+  coordinator.disk_trouble = "No space left on device";
+  const HttpResponse response = ask("GET", "/readyz");
+  EXPECT_EQ(response.status, 503U);
+  EXPECT_THAT(json(response)["detail"].get<std::string>(), HasSubstr("No space left"));
+}
+
 TEST_F(ApiTest, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestName) {
   const HttpResponse response = ask("POST", "/v1/jobs", spec_text("cornell", R"(,"prority":3)"));
   EXPECT_EQ(response.status, 400U);

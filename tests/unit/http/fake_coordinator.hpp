@@ -26,7 +26,10 @@ class FakeCoordinator : public Coordinator {
   std::vector<WorkerView> connected;
   CoordinatorCounters counted;
   std::vector<std::string> calls;
+  std::map<std::string, JobId> keys;
+  std::vector<FailureRecord> failed_attempts;
   std::uint64_t present_version = 7;
+  std::string disk_trouble;
   std::size_t picture_bytes = 0;  ///< 0: the short text alone
 
   static JobSpec spec(const std::string& name = "cornell") {
@@ -72,7 +75,23 @@ class FakeCoordinator : public Coordinator {
     add(id, "queued", job);
     co_return id;
   }
-  [[nodiscard]] std::string trouble() const override { return {}; }
+  boost::asio::awaitable<Submitted> submit_once(JobSpec job, std::string key) override {
+    const std::string name = job.name;
+    Submitted submitted;
+    const auto earlier = keys.find(key);
+    if (earlier != keys.end()) {
+      submitted.job = earlier->second;
+      submitted.of_another_request = known.at(submitted.job).plan->spec.name != name;
+    } else {
+      submitted.job = co_await submit(std::move(job));
+      keys[key] = submitted.job;
+    }
+    co_return submitted;
+  }
+  boost::asio::awaitable<std::vector<FailureRecord>> failures(JobId) override {
+    co_return failed_attempts;
+  }
+  [[nodiscard]] std::string trouble() const override { return disk_trouble; }
   [[nodiscard]] CoordinatorCounters counters() const override { return counted; }
   [[nodiscard]] std::vector<JobStatus> jobs() const override {
     std::vector<JobStatus> out;

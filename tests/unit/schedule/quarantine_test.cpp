@@ -160,6 +160,7 @@ TEST_F(QuarantineTest, APersonQuarantinesAndReleases) {
   EXPECT_TRUE(held_[a].empty());
   EXPECT_EQ(view(a).state, "quarantined");
   EXPECT_EQ(view(a).reason, "its fan is broken");
+  EXPECT_EQ(quarantined_[a], "its fan is broken") << "it is to be told";
   const WorkerId b = join("b");
   ready(b);
   EXPECT_EQ(held_[b].size(), 2U) << "what it held is out again, and no suspect";
@@ -207,6 +208,19 @@ TEST_F(QuarantineTest, AHungPreparationIsForAnotherWorker) {
   }
   EXPECT_TRUE(held_[hung].empty());
   EXPECT_EQ(held_[other].size(), 2U);
+  ASSERT_EQ(failures_.size(), 1U);
+  EXPECT_EQ(failures_[0].outcome, AttemptFailed::Outcome::stalled);
+}
+
+TEST_F(QuarantineTest, AQuarantinedWorkerIsToldOnceEachTimeThatItComes) {
+  const WorkerId a = join("a");
+  take(scheduler_.quarantine_worker(a, "its fan is broken", now_));
+  quarantined_.clear();
+  pass(1);
+  EXPECT_TRUE(quarantined_.empty());
+  leave(a, true);
+  EXPECT_EQ(join("a"), a);
+  EXPECT_EQ(quarantined_[a], "its fan is broken");
 }
 
 }  // namespace

@@ -63,6 +63,9 @@ class ScheduleTest : public ::testing::Test {
         failed_[failed->job] = failed->reason;
       if (const auto* finished = std::get_if<JobFinished>(&action))
         finished_.push_back(finished->job);
+      if (const auto* barred = std::get_if<WorkerQuarantined>(&action))
+        quarantined_[barred->worker] = barred->reason;
+      if (const auto* failure = std::get_if<AttemptFailed>(&action)) failures_.push_back(*failure);
       if (const auto* frame = std::get_if<FrameFinished>(&action)) frames_.push_back(frame->frame);
     }
   }
@@ -109,6 +112,8 @@ class ScheduleTest : public ::testing::Test {
   std::map<JobId, std::string> failed_;
   std::vector<JobId> finished_;
   std::vector<std::int32_t> frames_;
+  std::vector<AttemptFailed> failures_;
+  std::map<WorkerId, std::string> quarantined_;
 };
 
 }  // namespace tessera::server

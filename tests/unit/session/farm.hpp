@@ -220,6 +220,7 @@ class ScriptedWorker {
   std::vector<wire::Rejected> rejected;
   std::size_t accepted = 0, stale = 0, revoked = 0;
   std::string ended, bye;
+  std::vector<std::string> told;  ///< by revokes without leases
   std::function<void(const wire::Assign&)> on_assign;
   std::function<void()> on_idle;
   [[nodiscard]] net::FramedStream& stream() { return *stream_; }
@@ -251,6 +252,7 @@ class ScriptedWorker {
       outbox.erase(refused->lease);
     } else if (const auto* revoke = std::get_if<wire::Revoke>(&message)) {
       revoked += revoke->leases.size();
+      if (revoke->leases.empty()) told.push_back(revoke->reason);
     } else if (const auto* last = std::get_if<wire::Bye>(&message)) {
       bye = last->reason;
     }

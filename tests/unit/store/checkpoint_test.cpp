@@ -171,9 +171,11 @@ TEST_F(CheckpointTest, DatabaseOfTheSchemaBeforeIsReadOn) {
   store.reset();
   {
     Database old(folder_ / "tessera.db", Database::Mode::read_write);
-    for (const char* table : {"checkpoints", "checkpoint_tiles", "tallies"})
+    for (const char* table : {"checkpoints", "checkpoint_tiles", "tallies", "failures"})
       old.execute(std::string("DROP TABLE ") + table);
-    old.execute("ALTER TABLE jobs DROP COLUMN extended_from; PRAGMA user_version = 2");
+    for (const char* column : {"extended_from", "idempotency_key", "idempotency_fingerprint"})
+      old.execute(std::string("ALTER TABLE jobs DROP COLUMN ") + column);
+    old.execute("PRAGMA user_version = 2");
   }
   store = open();
   expect_readable(*store, job, 1);

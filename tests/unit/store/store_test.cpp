@@ -27,6 +27,8 @@ TEST_F(StoreTest, CountsItsOpensAndKeepsItsKey) {
 
 TEST_F(StoreTest, KeepsJobsWithAllTheirFields) {
   JobRecord record = job_record();
+  record.idempotency_key = "key";
+  record.idempotency_fingerprint = "print";
   {
     const auto store = open();
     EXPECT_EQ(store->put_job(record), 1);
@@ -60,6 +62,41 @@ TEST_F(StoreTest, KeepsJobsWithAllTheirFields) {
   EXPECT_EQ(jobs[1].rays, record.rays);
   EXPECT_EQ(jobs[1].rejected_samples, 3);
   EXPECT_EQ(jobs[1].shares, record.shares);
+  EXPECT_EQ(jobs[1].idempotency_key, "key");
+  EXPECT_EQ(jobs[1].idempotency_fingerprint, "print");
+}
+
+TEST_F(StoreTest, KeepsTheNewestFailuresOfEachJobAndCountsAll) {
+  FailureRecord failure;
+  failure.task = TaskId{-3, 7, 2};
+  failure.lease = {4, UINT64_C(1) << 63U};
+  failure.worker = 9;
+  failure.worker_name = "render-\"1\"";
+  failure.outcome = "failed";
+  failure.started = 1'700'000'000'000;
+  failure.ended = 1'700'000'000'500;
+  failure.reason = "no memory";
+  failure.log = "one\ntwo\n";
+  FailureRecord preparation;
+  preparation.outcome = "lost";
+  {
+    const auto store = open();
+    store->add_failures(1, std::vector<FailureRecord>{failure, preparation});
+    store->add_failures(2, std::vector<FailureRecord>(Store::failures_kept + 5, failure));
+  }
+  const auto store = open();
+  const auto of_one = store->failures(1);
+  ASSERT_EQ(of_one.size(), 2U);
+  failure.number = 1;
+  preparation.number = 2;
+  EXPECT_EQ(of_one[0], preparation);
+  EXPECT_EQ(of_one[1], failure);
+  const auto of_two = store->failures(2);
+  ASSERT_EQ(of_two.size(), Store::failures_kept);
+  EXPECT_EQ(of_two.front().number, Store::failures_kept + 5);
+  const std::map<JobId, std::uint64_t> counts{{1, 2}, {2, Store::failures_kept + 5}};
+  EXPECT_EQ(store->failure_counts(), counts);
+  EXPECT_TRUE(store->failures(3).empty());
 }
 
 TEST_F(StoreTest, UpdatingAnUnknownJobIsAnError) {

@@ -1,0 +1,12 @@
+#include <nlohmann/json.hpp>
+
+#include "client/change_worker.hpp"
+#include "client/commands.hpp"
+
+namespace tessera::client {
+
+int drain(const Settings& settings, const std::vector<std::string>& workers) {
+  return change_workers(settings, workers, Json{{"state", "draining"}});
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,49 @@
+#include "client/change_worker.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.hpp"
+
+namespace tessera::client {
+namespace {
+
+using testing::HasSubstr;
+
+Json answer() {
+  return {{"workers",
+           {{{"id", 1}, {"name", "render-1"}},
+            {{"id", 2}, {"name", "desk"}},
+            {{"id", 3}, {"name", "desk"}},
+            {{"id", 4}, {"name", "2"}}}}};
+}
+
+std::string fault_of(const Json& workers, const std::string& text, ErrorKind kind) {
+  try {
+    find_worker(workers, text);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind);
+    return error.what();
+  }
+  return "found";
+}
+
+TEST(FindWorker, takes_a_number_before_a_name) {
+  EXPECT_EQ(find_worker(answer(), "render-1"), 1U);
+  EXPECT_EQ(find_worker(answer(), "3"), 3U);
+  EXPECT_EQ(find_worker(answer(), "2"), 2U);
+}
+
+TEST(FindWorker, says_the_numbers_of_workers_that_share_a_name) {
+  EXPECT_THAT(fault_of(answer(), "desk", ErrorKind::conflict), HasSubstr("one of 2, 3"));
+}
+
+TEST(FindWorker, says_the_nearest_name_for_one_that_is_not_there) {
+  EXPECT_THAT(fault_of(answer(), "rander-1", ErrorKind::not_found), HasSubstr("\"render-1\""));
+  EXPECT_THAT(fault_of(Json{{"workers", Json::array()}}, "x", ErrorKind::not_found),
+              HasSubstr("none is connected"));
+}
+
+}  // namespace
+}  // namespace tessera::client
