@@ -63,6 +63,13 @@ void Coordinator::granted(const server::GrantLease& grant) {
           what + " has a lease of its own");
   out_[{grant.job, grant.task}].insert(grant.lease);
   held_[grant.worker].insert(grant.lease);
+  if (const int most = job.plan->spec.max_workers; most > 0) {
+    const auto holders = std::count_if(held_.begin(), held_.end(), [&](const auto& held) {
+      return std::any_of(held.second.begin(), held.second.end(),
+                         [&](const LeaseId& lease) { return leases_.at(lease).job == grant.job; });
+    });
+    require(holders <= most, what + " is held by as many workers as the job may have");
+  }
   const Link to = link->second;
   world_.carry(to, false, [to, grant] { to->worker->assigned(grant); });
 }
@@ -80,6 +87,7 @@ void Coordinator::check_copy(const server::GrantLease& grant, const std::string&
   for (const auto& [id, job] : world_.disk.jobs) {
     const auto view = scheduler_->job(id, world_.events.now());
     if (!view || (view->build && *view->build != worker.info().build_id)) continue;
+    if (job.plan->spec.max_workers > 0) continue;
     require(!waits(id, true), what + " is copied only where nothing is open");
   }
 }
@@ -175,7 +183,8 @@ void Coordinator::look_around() {
   if (world_.bug != Bug::none && world_.bug != Bug::forget_lost_worker) return;
   std::vector<JobId> waiting;
   for (const auto& [id, job] : world_.disk.jobs) {
-    if (waits(id, false)) waiting.push_back(id);
+    // A job that may not have more workers has to wait for those that it has.
+    if (job.plan->spec.max_workers == 0 && waits(id, false)) waiting.push_back(id);
   }
   for (const auto& [worker, link] : links_) {
     const auto& build = link->worker->info().build_id;

@@ -9,6 +9,11 @@ namespace tessera::sim {
 
 class Worker;
 
+/// Until when nothing of a machine's passes the network, each way. What is under way waits.
+struct Partition {
+  Instant to_server{}, to_worker{};
+};
+
 /// One TCP connection: each direction keeps its order, each message takes a while, and what is on
 /// its way when it is cut is lost.
 struct Connection {
@@ -16,6 +21,7 @@ struct Connection {
   bool open = true;  // bytes pass
   Instant cut_at{};
   Instant to_server_at{}, to_worker_at{};
+  const Partition* partition = nullptr;  // the worker's
 
   // The coordinator's side, from hello on.
   server::WorkerId known_as = 0;

@@ -40,6 +40,8 @@ Weather draw_weather(Random& random) {
   weather.silence_every = sometimes(2, 20);
   weather.restart_every = sometimes(3, 30);
   weather.leave_every = sometimes(3, 20);
+  weather.partition_every = sometimes(4, 30);
+  weather.return_chance = random.unit();
   weather.duplicate = random.chance(0.5) ? random.between(0, 0.2) : 0;
   weather.late = random.chance(0.5) ? random.between(0, 0.1) : 0;
   weather.error = random.chance(0.3) ? random.between(0, 0.02) : 0;
@@ -69,6 +71,7 @@ JobSpec draw_job(Random& random) {
   spec.tile = 1;
   spec.pass = static_cast<int>(random.whole(1, 4) * 32);
   spec.priority = static_cast<int>(random.whole(0, 1));
+  if (random.chance(0.2)) spec.max_workers = static_cast<int>(random.whole(1, 4));
   spec.frames = {1, static_cast<std::int32_t>(random.whole(1, 3)), 1};
   return spec;
 }
@@ -104,6 +107,7 @@ class Script {
     again(weather.crash_every, [this] { crash(); });
     again(weather.silence_every, [this] { silence(); });
     again(weather.leave_every, [this] { leave(); });
+    again(weather.partition_every, [this] { partition(); });
     again(weather.restart_every, [this] { restart(); });
     world_.events.after(weather.calm_after, [this] { world_.drive.faults.set({}); });
     world_.events.after(weather.calm_after + 1, [this] {
@@ -130,14 +134,21 @@ class Script {
   void add_worker() { add_worker(world_.random.chance(0.05) ? "other" : "build"); }
   void add_worker(const std::string& build) {
     const double speed = power_ * world_.random.between(1, 10);
-    world_.workers.push_back(std::make_unique<Worker>(
-        world_, fmt::format("worker {}", world_.workers.size()), speed, build));
+    std::string name = fmt::format("worker {}", world_.workers.size());
+    if (Worker* const gone = any_worker(false);
+        gone != nullptr && world_.random.chance(world_.weather.return_chance))
+      name = gone->info().name;
+    const bool taken = std::any_of(world_.workers.begin(), world_.workers.end(), [&](auto& other) {
+      return other->alive() && other->info().name == name;
+    });
+    if (taken) name = fmt::format("worker {}", world_.workers.size());
+    world_.workers.push_back(std::make_unique<Worker>(world_, name, speed, build));
     world_.workers.back()->start();
   }
-  Worker* any_worker() {
+  Worker* any_worker(bool living = true) {
     std::vector<Worker*> alive;
     for (const auto& worker : world_.workers) {
-      if (worker->alive()) alive.push_back(worker.get());
+      if (worker->alive() == living) alive.push_back(worker.get());
     }
     if (alive.empty()) return nullptr;
     return alive[static_cast<std::size_t>(
@@ -158,6 +169,15 @@ class Script {
   }
   void silence() {
     if (Worker* worker = any_worker()) worker->fall_silent(world_.random.between(0.5, 15));
+  }
+  /// A part of the machines, each way or one way.
+  void partition() {
+    const double duration = world_.random.between(0.5, 20);
+    const double share = world_.random.unit();
+    const bool sends = world_.random.chance(0.7), receives = !sends || world_.random.chance(0.6);
+    for (const auto& worker : world_.workers) {
+      if (world_.random.chance(share)) worker->cut_off(duration, sends, receives);
+    }
   }
   void restart() {
     if (world_.coordinator->up())

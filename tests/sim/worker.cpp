@@ -29,6 +29,7 @@ void Worker::connect() {
   }
   link_ = std::make_shared<Connection>();
   link_->worker = this;
+  link_->partition = &partition_;
   const Link link = link_;
   world_.carry(link, true, [this, link] { world_.coordinator->hello(link, info_); });
   for (const auto& [lease, result] : outbox_) deliver(result);
@@ -170,6 +171,12 @@ void Worker::leave() {
       link->open = false;
     });
   }
+}
+
+void Worker::cut_off(double duration, bool sends, bool receives) {
+  const Instant until = world_.events.now() + from_seconds(duration);
+  if (sends) partition_.to_server = until;
+  if (receives) partition_.to_worker = until;
 }
 
 void Worker::fall_silent(double duration) {

@@ -23,6 +23,8 @@ class Worker {
   void leave();
   /// Stopped for so long, as by SIGSTOP.
   void fall_silent(double duration);
+  /// The network does not carry what it sends, what it is sent, or both, for so long.
+  void cut_off(double duration, bool sends, bool receives);
   [[nodiscard]] bool alive() const { return alive_; }
   [[nodiscard]] const Link& link() const { return link_; }
   [[nodiscard]] const server::WorkerInfo& info() const { return info_; }
@@ -51,6 +53,7 @@ class Worker {
   double prepare_seconds_;
   bool alive_ = true;
   Instant silent_until_{};
+  Partition partition_;
   Link link_;
   std::deque<server::GrantLease> queue_;
   std::optional<server::GrantLease> running_;

@@ -25,11 +25,13 @@ struct Weather {
   double crash_every = 1e9;
   double silence_every = 1e9;
   double restart_every = 1e9;  // of the coordinator
-  double leave_every = 1e9;    // clean
-  double duplicate = 0;        // chance that a result is sent twice
-  double late = 0;             // chance that a result is held back
-  double error = 0;            // chance that a task fails, once
-  double corrupt = 0;          // chance that a result is no valid tile, once
+  double partition_every = 1e9;
+  double return_chance = 0;  // that a worker that comes is one that was there before
+  double leave_every = 1e9;  // clean
+  double duplicate = 0;      // chance that a result is sent twice
+  double late = 0;           // chance that a result is held back
+  double error = 0;          // chance that a task fails, once
+  double corrupt = 0;        // chance that a result is no valid tile, once
   double sync_most = 0.02;
   double fold_most = 0.01;
   FaultWeather drive;
@@ -80,8 +82,9 @@ struct World {
   /// Brings `what` to the other side if the connection still stands then.
   void carry(const Link& link, bool to_server, std::function<void()> what) {
     Instant& last = to_server ? link->to_server_at : link->to_worker_at;
-    last =
-        std::max(last, events.now() + from_seconds(random.between(0.0002, weather.latency_most)));
+    const Instant healed = to_server ? link->partition->to_server : link->partition->to_worker;
+    last = std::max(
+        {last, healed, events.now() + from_seconds(random.between(0.0002, weather.latency_most))});
     events.at(last, [link, what = std::move(what)] {
       if (link->open) what();
     });
