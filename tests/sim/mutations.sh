@@ -96,7 +96,7 @@ mutation written-over-after-a-failed-commit server/store/store.cpp \
 mutation segment-deleted-too-early server/store/index.cpp \
   's/ON CONFLICT DO UPDATE SET value = value \+ 1"\);/ON CONFLICT DO NOTHING");/' store
 mutation log-not-settled-at-the-start server/store/store.cpp \
-  's/^  if \(durable\)$/  if (false)/' store
+  's/^  if \(durable\)$/  if (durable \&\& file.empty())/' store
 mutation data-folder-not-named-durably server/store/disk.cpp \
   's/^    if \(durable\) disk\.sync_folder\(at\.parent_path\(\)\);$//' store
 # ---- pictures ----

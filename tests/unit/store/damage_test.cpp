@@ -134,6 +134,51 @@ TEST_F(StoreTest, ADamagedDatabaseIsSaidByItsName) {
   EXPECT_THAT(error.what(), HasSubstr("damaged"));
 }
 
+TEST_F(StoreTest, ADatabaseWhosePagesAreGarbageIsSaidByItsName) {
+  {
+    const auto store = open();
+    const JobId job = store->put_job(job_record());
+    for (std::uint32_t tile = 0; tile < 100; ++tile) append(*store, job, {1, tile, 0});
+  }
+  const auto file = folder_ / "tessera.db";
+  const std::string whole = contents(file);
+  constexpr std::size_t page = 4096;
+  ASSERT_GT(whole.size(), 4 * page);
+  int said = 0;
+  for (std::size_t at = 0; at < whole.size(); at += page) {
+    overwrite(file, std::string(whole).replace(at, page, std::string(page, 'x')));
+    try {
+      const auto store = open();
+      for (const JobRecord& job : store->list_jobs()) results(*store, job.id);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::failed) << at;
+      EXPECT_THAT(error.what(), HasSubstr(file.string())) << at;
+      EXPECT_THAT(error.what(), HasSubstr("damaged")) << at;
+      ++said;
+    }
+  }
+  EXPECT_GT(said, 4);
+  overwrite(file, whole);
+  expect_readable(*open(), 1, 100);
+}
+
+TEST_F(StoreTest, ADamagedRecordLeavesAllOthersReadable) {
+  const auto store = open();
+  const JobId one = store->put_job(job_record());
+  const JobId two = store->put_job(job_record());
+  const ResultPlace damaged = append(*store, one, {1, 0, 0});
+  append(*store, one, {1, 1, 0});
+  append(*store, two, {1, 0, 0});
+  std::fstream(segments().at(0), std::ios::in | std::ios::out | std::ios::binary)
+      .seekp(static_cast<std::streamoff>(damaged.offset + damaged.length - 1))
+      .put('?');
+  const Error error = error_of([&] { static_cast<void>(store->read_result(damaged)); });
+  EXPECT_THAT(error.what(), HasSubstr(segments().at(0).string()));
+  EXPECT_THAT(error.what(), HasSubstr("damaged"));
+  EXPECT_EQ(store->read_result(results(*store, one).at(1).place).info, info_of(one, {1, 1, 0}));
+  expect_readable(*store, two, 1);
+}
+
 TEST_F(StoreTest, AFolderThatCannotBeMadeIsSaidByItsName) {
   for (const std::filesystem::path folder : {"/proc/tessera-test", "/dev/null/tessera-test"}) {
     const Error error = error_of([&] { static_cast<void>(Store::open(folder)); });
