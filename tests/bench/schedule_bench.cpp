@@ -118,7 +118,7 @@ void tail(int workers, int copies_most) {
                        (copies_most > 1 ? "duplicates" : "none"),
                    measured.tail, "s", "");
   farm_test::print("  its ideal: what was left, at the speed of all", measured.tail_ideal, "s", "");
-  farm_test::print("  tail over the longest task's time", measured.tail / model.task_seconds,
+  farm_test::print("  tail over an average full task's time", measured.tail / model.task_seconds,
                    "ratio", "");
 }
 

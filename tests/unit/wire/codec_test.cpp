@@ -128,9 +128,8 @@ TEST(Codec, every_key_but_those_that_may_lack_is_required_and_named_when_it_lack
     for (const auto& [key, value] : json.items()) {
       const std::string error =
           error_of(message, [&key = key](Json& header) { header.erase(key); });
-      const bool optional =
-          (key == "spec") ||
-          ((key == "lease" || key == "log") && std::holds_alternative<Failed>(message));
+      const bool optional = (key == "spec") || ((key == "lease" || key == "log") &&
+                                                std::holds_alternative<Failed>(message));
       EXPECT_EQ(error == "taken", optional) << name_of(type_of(message)) << " " << key;
       if (!optional) {
         EXPECT_THAT(error, HasSubstr(key));
