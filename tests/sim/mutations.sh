@@ -68,7 +68,7 @@ mutation double-fold server/coordinator/frame_film.cpp \
 mutation fold-out-of-order server/coordinator/frame_film.cpp \
   's/^  tile.busy_end = work.passes.back\(\).pass \+ 1;$/&\n  if (count > 1) std::swap(work.passes[0], work.passes[1]);/' sim
 mutation pass-left-out-of-the-fold server/film/film_tile.cpp \
-  's/^  if \(before == 0\) \{$/  if (before == 0 || samples == 3) {/' sim
+  's/^        sums\[i\] \+= n|for \(std::size_t i = 0; i < sums\.size\(\); \+\+i\) sums\[i\] \+= n/if (n != 3) &/' sim
 # ---- leases ----
 mutation lost-lease server/schedule/workers.cpp \
   's/^  give_back_all\(gone, blame, actions\);$/  if (gone.leases.size() != 2) give_back_all(gone, blame, actions);/' sim
