@@ -22,9 +22,9 @@ int jobs(const Settings& settings) {
   ObjectReader in(answer, "");
   for (const Json& one : in.required("jobs")) {
     const JobState job = job_state_from(one);
-    table.rows.push_back(
-        {std::to_string(job.id), job.state, fmt::format("{:.1f} %", job.progress * 100),
-         job.eta_seconds && !job.ended() ? duration_text(*job.eta_seconds) : "", job.name});
+    table.rows.push_back({std::to_string(job.id), job.state,
+                          fmt::format("{:.1f} %", job.progress * 100),
+                          job.ended() ? "" : eta_text(job), job.name});
   }
   fmt::print("{}", text_of(table));
   return 0;

@@ -23,6 +23,12 @@ void read(const Json& job, const char* key, Value& value) {
     throw Error(ErrorKind::failed, fmt::format("the server's job object has an odd \"{}\"", key));
   }
 }
+
+void read_seconds(const Json& job, const char* key, std::optional<double>& value) {
+  double seconds = -1;
+  read(job, key, seconds);
+  if (seconds >= 0) value = seconds;
+}
 }  // namespace
 
 JobState job_state_from(const Json& job) {
@@ -35,9 +41,9 @@ JobState job_state_from(const Json& job) {
   read(job, "state", out.state);
   read(job, "progress", out.progress);
   read(job, "samples_per_second", out.samples_per_second);
-  double eta = -1;
-  read(job, "eta_seconds", eta);
-  if (eta >= 0) out.eta_seconds = eta;
+  read_seconds(job, "eta_seconds", out.eta_seconds);
+  read_seconds(job, "eta_low_seconds", out.eta_low_seconds);
+  read_seconds(job, "eta_high_seconds", out.eta_high_seconds);
   read(job, "samples", out.samples);
   read(job, "samples_done", out.samples_done);
   read(job, "samples_total", out.samples_total);
@@ -104,13 +110,21 @@ std::string upload_text(std::uint64_t done, std::uint64_t total) {
                      count_text(static_cast<double>(total)));
 }
 
+std::string eta_text(const JobState& job) {
+  if (!job.eta_seconds) return {};
+  std::string out = duration_text(*job.eta_seconds);
+  if (!job.eta_low_seconds || !job.eta_high_seconds) return out;
+  const std::string low = duration_text(*job.eta_low_seconds);
+  const std::string high = duration_text(*job.eta_high_seconds);
+  return low == high ? out : fmt::format("{} ({}-{})", out, low, high);
+}
+
 std::string progress_line(const JobState& job) {
   // Rounded down: 100 % is said when all is done, and not before.
   std::string out = fmt::format("{:<9} {:5.1f} %", job.state, std::floor(job.progress * 1000) / 10);
   if (job.state == "rendering" && job.samples_per_second > 0)
     out += fmt::format("  {} samples/s", count_text(job.samples_per_second));
-  if (job.eta_seconds && !job.ended())
-    out += fmt::format("  {} left", duration_text(*job.eta_seconds));
+  if (job.eta_seconds && !job.ended()) out += fmt::format("  {} left", eta_text(job));
   if (!job.waiting_for.empty() && !job.ended()) out += "  waiting: " + job.waiting_for;
   if (job.state == "done") out += fmt::format("  in {}", duration_text(job.render_seconds));
   return out;

@@ -20,9 +20,10 @@ struct JobState {
   double progress = 0;
   double samples_per_second = 0;
   std::optional<double> eta_seconds;
-  std::int64_t samples = 0;        ///< of each pixel
-  std::int64_t samples_done = 0;   ///< of all pixels together
-  std::int64_t samples_total = 0;  ///< of all pixels together
+  std::optional<double> eta_low_seconds, eta_high_seconds;  ///< 80 % interval
+  std::int64_t samples = 0;                                 ///< of each pixel
+  std::int64_t samples_done = 0;                            ///< of all pixels together
+  std::int64_t samples_total = 0;                           ///< of all pixels together
   std::int64_t first_frame = 1;
   double render_seconds = 0;
   double cpu_seconds = 0;
@@ -48,7 +49,9 @@ std::string duration_text(double seconds);
 std::string count_text(double count);
 /// "uploading 1.25 MB of 3.00 MB".
 std::string upload_text(std::uint64_t done, std::uint64_t total);
-/// "rendering  42.3 %  12.4 M samples/s  1:23 left".
+/// "1:23", or with the interval where it is known and says more: "1:23 (1:10-1:50)".
+std::string eta_text(const JobState& job);
+/// "rendering  42.3 %  12.4 M samples/s  1:23 (1:10-1:50) left".
 std::string progress_line(const JobState& job);
 
 /// Which states are worth a line where no line can be rewritten: the first, a change of state

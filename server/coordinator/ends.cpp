@@ -22,6 +22,8 @@ constexpr Duration retry_most = std::chrono::seconds(10);
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
+  // Before the file: a start that finds it must not take it for one of all the samples.
+  if (known(id).shortened && !co_await save_surely(known(id).record)) co_return;
   Duration wait = retry_first;
   while (!co_await write_frame(id, frame)) {
     co_await crew_.pause(wait);

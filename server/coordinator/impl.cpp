@@ -130,6 +130,7 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   if (job.ended) return;
   if (settings_.durable) settle_frames(settings_.data, record.id);
   Actions actions = scheduler_.add_job(record.id, job.plan, now());
+  if (job.first_lease) scheduler_.restore_started(record.id, *job.first_lease);
   std::map<std::int32_t, FrameFilm*> films;
   store_->results_of(record.id, [&](const IndexedResult& result) {
     job.count(result.worker_name, result.samples, result.rays, result.rejected, result.cpu_seconds,
@@ -284,6 +285,16 @@ void CoordinatorImpl::perform_one(const JobFailed& failed) {
   log::error("job {} has failed: {}", failed.job, failed.reason);
   job->ending = true;
   crew_.start("a job's failure", abandon_job(failed.job, "failed", failed.reason));
+}
+
+void CoordinatorImpl::perform_one(const JobShortened& shortened) {
+  Job* job = find(shortened.job);
+  if (!job || job->ending || job->ended) return;
+  log::info("job {}: its time is up; it ends with {} of {} samples", shortened.job,
+            shortened.samples, job->record.spec.render.samples);
+  job->record.spec.render.samples = shortened.samples;
+  job->shortened = true;
+  job->spec_changed();
 }
 
 void CoordinatorImpl::perform_one(const JobFinished& finished) {

@@ -127,8 +127,9 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
 }
 
 std::string job_event(const JobStatus& status) {
-  nlohmann::json eta = nullptr;
-  if (status.view.eta_seconds) eta = *status.view.eta_seconds;
+  const auto seconds_or_null = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
   nlohmann::json waiting_for = nullptr;
   if (!status.view.waiting_for.empty()) waiting_for = status.view.waiting_for;
   nlohmann::json error = nullptr;
@@ -141,7 +142,9 @@ std::string job_event(const JobStatus& status) {
                   {"samples_done", status.view.samples_done},
                   {"samples_total", status.view.samples},
                   {"samples_per_second", status.view.samples_per_second},
-                  {"eta_seconds", eta},
+                  {"eta_seconds", seconds_or_null(status.view.eta_seconds)},
+                  {"eta_low_seconds", seconds_or_null(status.view.eta_low_seconds)},
+                  {"eta_high_seconds", seconds_or_null(status.view.eta_high_seconds)},
                   {"failures", status.failures},
                   {"waiting_for", waiting_for},
                   {"error", error}});

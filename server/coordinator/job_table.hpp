@@ -27,9 +27,10 @@ struct Job {
   std::optional<Instant> first_lease, last_fold;
   std::uint64_t failures = 0;  ///< attempts at its tasks that gave no result
   std::string trouble;         ///< why its files cannot be written at present
-  bool ending = false;         ///< the scheduler is done with it; files and state are being written
-  bool ended = false;          ///< the end is durable
-  bool broken = false;         ///< what was durable cannot be read back: it can only fail
+  bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
+  bool ending = false;     ///< the scheduler is done with it; files and state are being written
+  bool ended = false;      ///< the end is durable
+  bool broken = false;     ///< what was durable cannot be read back: it can only fail
 
   /// The record's spec or priority has another value: the plan says the same.
   void spec_changed();

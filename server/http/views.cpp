@@ -63,7 +63,12 @@ Json job_object(const JobStatus& status) {
   job["created"] = time_or_null(status.created);
   job["started"] = time_or_null(status.started);
   job["finished"] = time_or_null(status.finished);
-  job["eta_seconds"] = view.eta_seconds ? Json(*view.eta_seconds) : Json();
+  const auto seconds_or_null = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json();
+  };
+  job["eta_seconds"] = seconds_or_null(view.eta_seconds);
+  job["eta_low_seconds"] = seconds_or_null(view.eta_low_seconds);
+  job["eta_high_seconds"] = seconds_or_null(view.eta_high_seconds);
   job["render_seconds"] = status.render_seconds;
   job["cpu_seconds"] = status.cpu_seconds;
   job["rays"] = status.rays;

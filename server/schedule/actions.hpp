@@ -44,6 +44,12 @@ struct JobFailed {
   JobId job = 0;
   std::string reason;
 };
+/// The job's time is up: it is done with so many samples of each pixel, as if these had been
+/// asked for. Said once, just before it is finished.
+struct JobShortened {
+  JobId job = 0;
+  std::int64_t samples = 0;
+};
 /// Every task of the job is closed and folded; said once.
 struct JobFinished {
   JobId job = 0;
@@ -71,8 +77,8 @@ struct AttemptFailed {
   std::string reason;
   std::optional<Instant> granted;  ///< lacking: no longer known
 };
-using Action = std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobFinished,
-                            FrameFinished, AttemptFailed, WorkerQuarantined>;
+using Action = std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobShortened,
+                            JobFinished, FrameFinished, AttemptFailed, WorkerQuarantined>;
 /// In the order in which they are to be carried out.
 using Actions = std::vector<Action>;
 

@@ -105,6 +105,14 @@ void FrameTasks::offer_passes(std::uint32_t passes) {
   if (focus_) focus_->for_each([this](std::uint32_t index) { offer(index, tile(index)); });
 }
 
+void FrameTasks::cut(std::uint32_t passes) {
+  passes_ = passes;
+  offered_ = std::min(offered_, passes);
+  tiles_finished_ = 0;
+  for (std::uint32_t index = 0; index < tiles_; ++index)
+    if (folded(index) >= passes_) ++tiles_finished_;
+}
+
 void FrameTasks::set_focus(const std::optional<FocusTiles>& focus) {
   focus_ = focus;
   if (focus_) focus_->for_each([this](std::uint32_t index) { offer(index, tile(index)); });

@@ -33,6 +33,9 @@ class FrameTasks {
   std::optional<FrameTask> peek();
   /// Passes [0, passes) are offered from now on, more than before; without a call all are.
   void offer_passes(std::uint32_t passes);
+  /// There are no more passes than these, fewer than before; later ones are neither taken nor
+  /// closed. O(tiles).
+  void cut(std::uint32_t passes);
   /// Which tiles come first, if any. O(tiles log tiles).
   void set_focus(const std::optional<FocusTiles>& focus);
   /// open → taken; false if it is not open, or so far ahead of what is closed that it cannot have

@@ -117,6 +117,7 @@ void Scheduler::State::grant(WorkerEntry& worker, JobEntry& job, const TaskId& t
   idlers.erase(worker.id);
   if (!job.build) job.build = worker.info.build_id;
   if (!job.granted) job.progress_mark = job.begun = now;
+  if (!job.started) job.started = now;
   job.granted = true;
   timers.arm(worker, worker.due(settings));
   actions.emplace_back(GrantLease{worker.id, lease, job.id, task});
@@ -238,7 +239,7 @@ void Scheduler::State::serve_hungry(Instant now, Actions& actions) {
 }
 
 void Scheduler::State::settle(Instant now, Actions& actions) {
-  while (!touched.empty() || work_appeared) {
+  while (!touched.empty() || work_appeared || offer_passes(now, actions)) {
     while (!touched.empty()) {
       const WorkerId id = *touched.begin();
       touched.erase(touched.begin());

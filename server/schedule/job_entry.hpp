@@ -61,9 +61,16 @@ struct JobEntry {
   Meter progress;                  // samples a second, all workers
   Instant progress_mark{};         // up to where `progress` has been told
   Instant begun{};                 // its first lease, in this epoch
+  std::optional<Instant> started;  // … ever
+  bool cut = false;                // its time is up: no more passes
   double changes = 0, losses = 0;  // as Pace says
 
   [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
+  [[nodiscard]] bool limited() const { return plan().spec.time_limit_seconds > 0; }
+  /// Seconds until its time is up; less than 0 after.
+  [[nodiscard]] double time_left(Instant now) const {
+    return plan().spec.time_limit_seconds - (started ? seconds(now - *started) : 0);
+  }
   /// Not ended: results are taken.
   [[nodiscard]] bool live() const { return state == State::open || state == State::paused; }
   /// Of what all workers do, a job gets the part that is its weight among the weights of all that

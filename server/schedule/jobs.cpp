@@ -29,6 +29,7 @@ void Scheduler::State::end_job(JobEntry& job, JobEntry::State state, const std::
   job.state = state;
   job.error = state == JobEntry::State::failed ? reason : "";
   std::erase(order, &job);
+  limited.erase(job.id);
   const Digest& scene = job.plan().spec.bundle;
   const bool used = std::any_of(order.begin(), order.end(), [&](const JobEntry* other) {
     return other->plan().spec.bundle == scene;
@@ -63,6 +64,10 @@ Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Insta
   const auto [entry, fresh] = state_->jobs.try_emplace(job, job, std::move(plan), ahead);
   if (!fresh) return actions;
   entry->second.progress_mark = now;
+  if (entry->second.limited()) {
+    entry->second.tasks.offer_passes(1);
+    state_->limited.insert(job);
+  }
   state_->order.push_back(&entry->second);
   state_->sort_order();
   state_->level(entry->second);
@@ -74,7 +79,13 @@ Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Insta
 void Scheduler::restore_closed(JobId job, const TaskId& task) {
   JobEntry* entry = state_->live_job(job);
   if (entry == nullptr || !entry->plan().contains(task)) return;
+  // What was begun before the start is finished.
+  if (task.pass >= entry->tasks.offered()) entry->tasks.offer_passes(task.pass + 1);
   if (entry->tasks.close(task)) entry->left.closed(task.tile, entry->tasks.samples(task));
+}
+
+void Scheduler::restore_started(JobId job, Instant first_lease) {
+  if (JobEntry* entry = state_->live_job(job)) entry->started = first_lease;
 }
 
 void Scheduler::restore_build(JobId job, const Digest& build) {

@@ -27,17 +27,43 @@ Share share_of(const WorkerEntry& worker, const JobEntry& job) {
   return share;
 }
 
+/// Samples of the longest of the last two of so many passes: the last may be what was left.
+std::int64_t longest_pass(const JobEntry& job, std::uint32_t passes) {
+  const PassPlan& plan = job.plan().passes;
+  const std::int64_t last = plan.pass(passes - 1).count;
+  return passes < 2 ? last : std::max(last, plan.pass(passes - 2).count);
+}
+
 }  // namespace
 
+std::vector<const WorkerEntry*> Scheduler::State::at_work(const JobEntry& job, bool or_were) const {
+  std::vector<const WorkerEntry*> found;
+  for (const auto& [id, leases] : job.at) found.push_back(&workers.at(id));
+  if (!found.empty() || !or_were) return found;
+  for (const auto& [id, worker] : workers)
+    if (worker.parts.contains(job.id) && !worker.draining && !worker.barred)
+      found.push_back(&worker);
+  return found;
+}
+
 std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, Instant now) const {
-  if (job.state != JobEntry::State::open || !job.pace.known() || job.at.empty())
-    return std::nullopt;
+  return pace_of(job, job.tasks.passes(), now);
+}
+
+std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, std::uint32_t passes,
+                                              Instant now) const {
+  if (job.state != JobEntry::State::open || !job.pace.known()) return std::nullopt;
   Pace pace;
   pace.work = job.left.work();
+  if (passes < job.tasks.passes()) {
+    const PassPlan& plan = job.plan().passes;
+    pace.work -=
+        job.left.work_of(plan.pass(job.tasks.passes() - 1).end() - plan.pass(passes - 1).end());
+  }
   pace.workers = 0;
   double measured_threads = 0, measured_power = 0, other_threads = 0;
-  for (const auto& [id, leases] : job.at) {
-    const WorkerEntry& worker = workers.at(id);
+  for (const WorkerEntry* at_it : at_work(job, passes < job.tasks.passes())) {
+    const WorkerEntry& worker = *at_it;
     const Share share = share_of(worker, job);
     const double part = share.all > 0 ? share.mine / share.all : 1;
     const WorkerEntry::Part& its = worker.parts.at(job.id);
@@ -55,9 +81,7 @@ std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, Instant now) 
   pace.work = std::max(0.0, pace.work);
   // Who was not measured yet is as fast as the others, by threads.
   pace.power = measured_power * (1 + other_threads / measured_threads);
-  const PassPlan& passes = job.plan().passes;
-  std::int64_t longest = passes.pass(passes.count() - 1).count;
-  if (passes.count() > 1) longest = std::max(longest, passes.pass(passes.count() - 2).count);
+  const std::int64_t longest = longest_pass(job, passes);
   const auto samples = static_cast<double>(job.plan().grid.tile(0).pixels() * longest);
   pace.task_seconds = samples * job.left.mean_cost() * pace.workers / pace.power;
   pace.elapsed = seconds(now - job.begun);

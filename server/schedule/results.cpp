@@ -54,6 +54,18 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   return Verdict::take;
 }
 
+void Scheduler::State::finished(JobEntry& job, std::int32_t frame, TaskTable::Folded what,
+                                Actions& actions) {
+  if (what != TaskTable::Folded::frame && what != TaskTable::Folded::job) return;
+  if (job.cut)
+    actions.emplace_back(
+        JobShortened{job.id, job.plan().passes.pass(job.tasks.passes() - 1).end()});
+  actions.emplace_back(FrameFinished{job.id, frame});
+  if (what != TaskTable::Folded::job) return;
+  end_job(job, JobEntry::State::done, "the job is done", actions);
+  actions.emplace_back(JobFinished{job.id});
+}
+
 void Scheduler::State::stop_others(JobEntry& job, const TaskId& task, Instant now,
                                    Actions& actions) {
   for (const Holder& holder : std::vector(job.out.holders(task))) {
@@ -133,19 +145,14 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   Actions actions;
   JobEntry* owner = state_->live_job(job);
   if (owner == nullptr || !owner->plan().contains({frame, tile, 0})) return actions;
+  if (passes > owner->tasks.offered()) owner->tasks.offer_passes(passes);
   const std::int64_t before = owner->tasks.samples_closed();
   const TaskTable::Folded finished = owner->tasks.fold(frame, tile, passes);
   // From what is older than the journal.
   const std::int64_t closed = owner->tasks.samples_closed() - before;
   if (closed > 0) owner->left.closed(tile, closed);
   if (finished != TaskTable::Folded::nothing) state_->work_appeared = true;
-  if (finished == TaskTable::Folded::frame || finished == TaskTable::Folded::job) {
-    actions.emplace_back(FrameFinished{job, frame});
-  }
-  if (finished == TaskTable::Folded::job) {
-    state_->end_job(*owner, JobEntry::State::done, "the job is done", actions);
-    actions.emplace_back(JobFinished{job});
-  }
+  state_->finished(*owner, frame, finished, actions);
   state_->settle(now, actions);
   return actions;
 }

@@ -76,7 +76,7 @@ JobView view_of(const JobEntry& job, std::string waiting_for, const std::optiona
   JobView view;
   view.id = job.id;
   view.state = state_of(job);
-  view.tasks = job.plan().tasks();
+  view.tasks = job.tasks.tasks();
   view.tasks_done = job.tasks.closed();
   view.leased = static_cast<std::int64_t>(job.out.size());
   view.samples = job.tasks.samples();
@@ -88,7 +88,12 @@ JobView view_of(const JobEntry& job, std::string waiting_for, const std::optiona
   if (job.state == JobEntry::State::open && job.progress.known()) {
     view.samples_per_second = job.progress.rate(seconds(now - job.progress_mark));
     if (pace) {
-      const TimeToFinish time = time_to_finish(*pace);
+      TimeToFinish time = time_to_finish(*pace);
+      if (job.limited() && !job.cut) {  // it ends when its time is up, or before
+        const double most = std::max(0.0, job.time_left(now));
+        for (double* value : {&time.expected, &time.low, &time.high})
+          *value = std::min(*value, most);
+      }
       view.eta_seconds = time.expected;
       view.eta_low_seconds = time.low;
       view.eta_high_seconds = time.high;

@@ -73,6 +73,8 @@ class Scheduler {
   void restore_closed(JobId job, const TaskId& task);
   /// After a start: the build that made the job's results so far.
   void restore_build(JobId job, const Digest& build);
+  /// After a start: when the job's first lease was granted, from which its time limit counts.
+  void restore_started(JobId job, Instant first_lease);
   /// Its leases are revoked; results that still come are stale. Also how a job that failed
   /// elsewhere (disk) is ended.
   Actions cancel_job(JobId job, Instant now);

@@ -26,6 +26,7 @@ struct Scheduler::State {
   LeaseNumbers numbers;
   std::map<JobId, JobEntry> jobs;
   std::vector<JobEntry*> order;  // jobs not ended: by priority, then by id
+  std::set<JobId> limited;       // of those, the ones with a time limit
   std::map<WorkerId, WorkerEntry> workers;
 
   /// A worker process, also while it is away.
@@ -104,6 +105,8 @@ struct Scheduler::State {
   void plan_tail_look(Instant now);
 
   // ---- results.cpp ----
+  /// Says what a fold has finished.
+  void finished(JobEntry& job, std::int32_t frame, TaskTable::Folded what, Actions& actions);
   /// The task is closed: whoever else holds it may stop.
   void stop_others(JobEntry& job, const TaskId& task, Instant now, Actions& actions);
 
@@ -157,6 +160,19 @@ struct Scheduler::State {
   // ---- pace.cpp ----
   /// What is known of how fast it gets on; nothing while no speed is. O(leases of its workers).
   [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, Instant now) const;
+  /// Who holds leases of it; if nobody does and `or_were`, who has held some. O(workers) then.
+  [[nodiscard]] std::vector<const WorkerEntry*> at_work(const JobEntry& job, bool or_were) const;
+  /// To the end of so many passes of every tile (a job of one frame). And O(tiles).
+  [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, std::uint32_t passes,
+                                            Instant now) const;
+
+  // ---- time_limit.cpp ----
+  /// Jobs whose time is limited and that have nothing left to hand out are given another pass, if
+  /// it will be over in time for every tile. True if one was.
+  bool offer_passes(Instant now, Actions& actions);
+  /// Whether the next pass will be over in time; nothing while that cannot be said.
+  [[nodiscard]] std::optional<bool> in_time(const JobEntry& job, Instant now) const;
+  void cut(JobEntry& job, Actions& actions);
 
   // ---- waiting.cpp ----
   /// Why a job has work and none of it is out; empty if there is no such reason.

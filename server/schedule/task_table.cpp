@@ -9,6 +9,8 @@ TaskTable::TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_a
     : plan_(std::move(plan)),
       ranks_(std::make_shared<const TileRanks>(plan_->grid, plan_->spec.order)),
       passes_ahead_(passes_ahead),
+      passes_(plan_->passes.count()),
+      offered_(passes_),
       frames_(plan_->spec.frames.count()),
       finished_(frames_) {
   if (plan_->spec.focus) focus_.emplace(plan_->grid, *plan_->spec.focus);
@@ -26,9 +28,9 @@ std::int32_t TaskTable::number_of(std::uint32_t index) const {
 
 FrameTasks& TaskTable::begun(std::uint32_t index) {
   assert(!finished_[index]);
-  const auto [place, fresh] =
-      begun_.try_emplace(index, ranks_, plan_->passes.count(), passes_ahead_);
+  const auto [place, fresh] = begun_.try_emplace(index, ranks_, passes_, passes_ahead_);
   if (fresh) {
+    if (offered_ < passes_) place->second.offer_passes(offered_);
     if (focus_) place->second.set_focus(focus_);
     ready_.insert(index);
   }
@@ -54,7 +56,7 @@ std::int64_t TaskTable::samples(const TaskId& task) const {
 
 std::int64_t TaskTable::samples() const {
   return std::int64_t{plan_->spec.render.width} * plan_->spec.render.height *
-         plan_->passes.samples() * frames_;
+         plan_->passes.pass(passes_ - 1).end() * frames_;
 }
 
 std::optional<TaskId> TaskTable::peek() {
@@ -69,6 +71,29 @@ std::optional<TaskId> TaskTable::peek() {
     if (next_ == frames_) return std::nullopt;
     begun(next_++);
   }
+}
+
+void TaskTable::offer_passes(std::uint32_t passes) {
+  offered_ = std::min(passes, passes_);
+  for (auto& [index, frame] : begun_) {
+    frame.offer_passes(offered_);
+    ready_.insert(index);
+  }
+}
+
+TaskTable::Folded TaskTable::cut(std::uint32_t passes) {
+  passes_ = passes;
+  offered_ = std::min(offered_, passes);
+  FrameTasks& frame = begun(0);
+  frame.cut(passes);
+  return frame.finished() ? end_frame(0) : Folded::nothing;
+}
+
+TaskTable::Folded TaskTable::end_frame(std::uint32_t index) {
+  begun_.erase(index);
+  ready_.erase(index);
+  finished_[index] = true;
+  return ++frames_finished_ == frames_ ? Folded::job : Folded::frame;
 }
 
 void TaskTable::set_focus(const std::optional<Rect>& focus) {
@@ -101,7 +126,7 @@ TaskTable::Folded TaskTable::fold(std::int32_t frame, std::uint32_t tile, std::u
   if (finished_[index]) return Folded::nothing;
   FrameTasks& tasks = begun(index);
   const std::uint32_t before = tasks.folded(tile);
-  for (std::uint32_t pass = before; pass < passes && pass < plan_->passes.count(); ++pass) {
+  for (std::uint32_t pass = before; pass < passes && pass < passes_; ++pass) {
     if (tasks.state({pass, tile}) == State::closed) continue;
     samples_closed_ += samples({frame, tile, pass});  // folded from what is older than the journal
   }
@@ -111,10 +136,7 @@ TaskTable::Folded TaskTable::fold(std::int32_t frame, std::uint32_t tile, std::u
     ready_.insert(index);
     return Folded::tile;
   }
-  begun_.erase(index);
-  ready_.erase(index);
-  finished_[index] = true;
-  return ++frames_finished_ == frames_ ? Folded::job : Folded::frame;
+  return end_frame(index);
 }
 
 }  // namespace tessera::server

@@ -29,6 +29,19 @@ class TaskTable {
 
   /// The next task to hand out.
   std::optional<TaskId> peek();
+  /// Passes [0, passes) are handed out, those of later ones when this says so; all unless it does.
+  /// It never says fewer, but for the first time.
+  void offer_passes(std::uint32_t passes);
+  [[nodiscard]] std::uint32_t offered() const { return offered_; }
+  /// The job is done with so many passes, of which all are offered and no later one is taken or
+  /// closed. What was finished by this. Jobs of one frame alone. O(tiles).
+  enum class Folded { nothing, tile, frame, job };
+  Folded cut(std::uint32_t passes);
+  /// How many there are.
+  [[nodiscard]] std::uint32_t passes() const { return passes_; }
+  [[nodiscard]] std::int64_t tasks() const {
+    return std::int64_t{plan_->grid.count()} * passes_ * frames_;
+  }
   /// Tiles that touch this rectangle come first in every frame, as FrameTasks says. O(tiles log
   /// tiles) for each frame that has begun.
   void set_focus(const std::optional<Rect>& focus);
@@ -37,7 +50,6 @@ class TaskTable {
   void reopen(const TaskId& task);
   /// False if it was closed before.
   bool close(const TaskId& task);
-  enum class Folded { nothing, tile, frame, job };
   /// What was finished by this fold.
   Folded fold(std::int32_t frame, std::uint32_t tile, std::uint32_t passes);
 
@@ -49,11 +61,13 @@ class TaskTable {
   [[nodiscard]] std::uint32_t index_of(std::int32_t frame) const;
   [[nodiscard]] std::int32_t number_of(std::uint32_t index) const;
   FrameTasks& begun(std::uint32_t index);
+  Folded end_frame(std::uint32_t index);
 
   std::shared_ptr<const JobPlan> plan_;
   std::shared_ptr<const TileRanks> ranks_;
   std::optional<FocusTiles> focus_;
   std::uint32_t passes_ahead_;
+  std::uint32_t passes_, offered_;
   std::uint32_t frames_;
   std::map<std::uint32_t, FrameTasks> begun_;  // by index, finished ones left out
   std::set<std::uint32_t> ready_;              // of those, the ones that may have something to give

@@ -5,7 +5,7 @@ namespace tessera::server {
 
 std::string Scheduler::State::waiting_for(const JobEntry& job) const {
   if (job.state != JobEntry::State::open || !job.out.empty() || !job.journaling.empty() ||
-      job.tasks.closed() == job.plan().tasks()) {
+      job.tasks.closed() == job.tasks.tasks()) {
     return {};
   }
   if (workers.empty()) return "no worker is connected";

@@ -11,7 +11,8 @@ WorkLeft::WorkLeft(const JobPlan& plan) {
   places_.resize((tiles >> shift_) + 1);
   const std::int64_t samples = plan.passes.samples() * plan.spec.frames.count();
   for (std::uint32_t tile = 0; tile < tiles; ++tile)
-    places_[tile >> shift_].left += plan.grid.tile(tile).pixels() * samples;
+    places_[tile >> shift_].pixels += plan.grid.tile(tile).pixels();
+  for (Place& place : places_) place.left = place.pixels * samples;
   for (const Place& place : places_) unmeasured_left_ += static_cast<double>(place.left);
 }
 
@@ -46,6 +47,26 @@ void WorkLeft::measured(std::uint32_t tile, std::int64_t samples, double work) {
   measured_left_ += place.cost * left;
   measured_cost_ += place.cost;
   measured_squares_ += place.cost * place.cost;
+}
+
+void WorkLeft::cut(std::int64_t samples) {
+  measured_left_ = unmeasured_left_ = 0;
+  for (Place& place : places_) {
+    place.left -= place.pixels * samples;
+    if (place.weight > 0) {
+      measured_left_ += place.cost * static_cast<double>(place.left);
+    } else {
+      unmeasured_left_ += static_cast<double>(place.left);
+    }
+  }
+}
+
+double WorkLeft::work_of(std::int64_t samples) const {
+  double work = 0;
+  for (const Place& place : places_)
+    work +=
+        static_cast<double>(place.pixels * samples) * (place.weight > 0 ? place.cost : mean_cost());
+  return work;
 }
 
 double WorkLeft::cost(std::uint32_t tile) const {

@@ -21,6 +21,11 @@ class WorkLeft {
   /// Samples of the tile took so much work: their seconds times their worker's power.
   void measured(std::uint32_t tile, std::int64_t samples, double work);
 
+  /// So many samples of every pixel are not rendered after all. O(places).
+  void cut(std::int64_t samples);
+  /// Of so many samples of every pixel of a frame. O(places).
+  [[nodiscard]] double work_of(std::int64_t samples) const;
+
   /// What a sample of the tile costs; 1 on average at first, the mean of what was measured where
   /// the tile was not.
   [[nodiscard]] double cost(std::uint32_t tile) const;
@@ -37,6 +42,7 @@ class WorkLeft {
     double cost = 0;
     double weight = 0;  // samples behind `cost`; 0: not measured
     std::int64_t left = 0;
+    std::int64_t pixels = 0;
   };
   std::uint32_t shift_ = 0;
   std::vector<Place> places_;

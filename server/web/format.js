@@ -24,11 +24,17 @@ export function percent(fraction) {
   return `${Math.min(99.9, fraction * 100).toFixed(fine ? 1 : 0)} %`;
 }
 
+/** "8 min 00 s (7 min 10 s – 9 min 30 s)": the time to finish and its 80 % interval. */
+export function timeToGo(job) {
+  const [low, high] = [job.eta_low_seconds ?? job.eta_seconds, job.eta_high_seconds ?? job.eta_seconds].map(span);
+  return low === high ? span(job.eta_seconds) : `${span(job.eta_seconds)} (${low} – ${high})`;
+}
+
 /** One line about a job's progress. */
 export function jobLine(job) {
   const parts = [percent(job.progress)];
   if (job.state === 'rendering' && job.samples_per_second > 0) parts.push(`${count(job.samples_per_second)} samples/s`);
-  if (job.state === 'rendering' && job.eta_seconds !== null) parts.push(`${span(job.eta_seconds)} to go`);
+  if (job.state === 'rendering' && job.eta_seconds !== null) parts.push(`${timeToGo(job)} to go`);
   if (job.render_seconds > 0 && job.state !== 'rendering') parts.push(`rendered in ${span(job.render_seconds)}`);
   return parts.join(' · ');
 }

@@ -115,6 +115,8 @@ void Coordinator::apply(const server::Actions& actions) {
       throw Violation(fmt::format("job {} failed: {}", failed->job, failed->reason));
     } else if (const auto* frame = std::get_if<server::FrameFinished>(&action)) {
       later(0, [this, at = *frame] { write_frame(at.job, at.frame); });
+    } else if (const auto* shortened = std::get_if<server::JobShortened>(&action)) {
+      throw Violation(fmt::format("job {} has no time limit", shortened->job));
     } else if (const auto* finished = std::get_if<server::JobFinished>(&action)) {
       require(world_.disk.jobs.at(finished->job).ended.empty() &&
                   finishing_.insert(finished->job).second,

@@ -46,6 +46,12 @@ TEST(ProgressLine, has_state_share_rate_and_time_left) {
   job.samples_per_second = 12.4e6;
   job.eta_seconds = 83;
   EXPECT_EQ(progress_line(job), "rendering  42.3 %  12.4 M samples/s  1:23 left");
+  job.eta_low_seconds = 70;
+  job.eta_high_seconds = 110;
+  EXPECT_EQ(progress_line(job), "rendering  42.3 %  12.4 M samples/s  1:23 (1:10-1:50) left");
+  job.eta_low_seconds = 82.7;
+  job.eta_high_seconds = 83.4;
+  EXPECT_EQ(eta_text(job), "1:23") << "the interval says no more";
   job.eta_seconds.reset();
   job.samples_per_second = 0;
   EXPECT_EQ(progress_line(job), "rendering  42.3 %");

@@ -61,6 +61,8 @@ class ScheduleTest : public ::testing::Test {
       }
       if (const auto* failed = std::get_if<JobFailed>(&action))
         failed_[failed->job] = failed->reason;
+      if (const auto* shortened = std::get_if<JobShortened>(&action))
+        shortened_[shortened->job] = shortened->samples;
       if (const auto* finished = std::get_if<JobFinished>(&action))
         finished_.push_back(finished->job);
       if (const auto* barred = std::get_if<WorkerQuarantined>(&action))
@@ -111,6 +113,7 @@ class ScheduleTest : public ::testing::Test {
   std::vector<WorkerId> dropped_;
   std::map<JobId, std::string> failed_;
   std::vector<JobId> finished_;
+  std::map<JobId, std::int64_t> shortened_;
   std::vector<std::int32_t> frames_;
   std::vector<AttemptFailed> failures_;
   std::map<WorkerId, std::string> quarantined_;

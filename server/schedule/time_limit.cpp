@@ -1,0 +1,60 @@
+// Jobs whose time is limited end at a whole pass of every tile.
+#include "server/schedule/state.hpp"
+
+namespace tessera::server {
+namespace {
+
+/// Every task of the passes offered so far is in somebody's hands, or done. (That there is none to
+/// hand out just now says less: later passes wait for folds.)
+bool all_handed_out(const JobEntry& job) {
+  const auto offered =
+      std::int64_t{job.plan().grid.count()} * job.tasks.offered() - job.tasks.closed();
+  const std::size_t in_hand = job.out.size() + job.journaling.size() + job.blame.waiting().size();
+  return static_cast<std::int64_t>(in_hand) >= offered;
+}
+
+}  // namespace
+
+std::optional<bool> Scheduler::State::in_time(const JobEntry& job, Instant now) const {
+  const double left = job.time_left(now);
+  if (left <= 0) return false;
+  const auto pace = pace_of(job, job.tasks.offered() + 1, now);
+  if (!pace && job.out.empty()) return true;  // nobody is at it: the next to come will tell
+  if (!pace) return std::nullopt;
+  // Nine times in ten it will not take longer.
+  return time_to_finish(*pace).high <= left;
+}
+
+void Scheduler::State::cut(JobEntry& job, Actions& actions) {
+  const PassPlan& plan = job.plan().passes;
+  job.left.cut(plan.samples() - plan.pass(job.tasks.offered() - 1).end());
+  job.cut = true;
+  limited.erase(job.id);
+  const TaskTable::Folded what = job.tasks.cut(job.tasks.offered());
+  finished(job, job.plan().spec.frames.first, what, actions);
+}
+
+bool Scheduler::State::offer_passes(Instant now, Actions& actions) {
+  bool offered = false;
+  const std::set<JobId> asked = limited;
+  for (const JobId id : asked) {
+    JobEntry* entry = live_job(id);
+    if (entry == nullptr || entry->state != JobEntry::State::open || !all_handed_out(*entry))
+      continue;
+    if (entry->tasks.offered() == entry->tasks.passes()) {
+      limited.erase(id);  // all that was asked for is in time
+      continue;
+    }
+    const std::optional<bool> good = in_time(*entry, now);
+    if (!good) continue;  // a first result will tell
+    if (*good) {
+      entry->tasks.offer_passes(entry->tasks.offered() + 1);
+      offered = work_appeared = true;
+    } else {
+      cut(*entry, actions);
+    }
+  }
+  return offered;
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,89 @@
+// What decides which task comes next and which pass is the last changes no bit of what is made.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/farm/farm.hpp"
+#include "tests/farm/reference.hpp"
+
+namespace tessera::farm_test {
+namespace {
+
+/// Far more samples than the time allows, in passes that are soon over.
+std::vector<std::string> limited(const std::string& time) {
+  return {"--size", "96x64",  "--samples", "1000000", "--pass",
+          "16",     "--tile", "16",        "--time",  time};
+}
+
+/// The samples that the job came to, and that a job submitted with these has the same bits.
+std::int64_t expect_as_submitted(Farm& farm, const std::string& id) {
+  const image::ExrImage picture = farm.finish(id);
+  const auto job = farm.job(id);
+  const auto samples = job.value("samples", std::int64_t{0});
+  EXPECT_EQ(job.value("state", ""), "done");
+  EXPECT_EQ(job.value("progress", 0.0), 1.0);
+  EXPECT_LT(samples, 1'000'000);
+  for (const float n : picture.plane("samples")) {
+    if (n != static_cast<float>(samples)) {
+      ADD_FAILURE() << "a pixel has " << n << " of " << samples << " samples";
+      break;
+    }
+  }
+  Farm other;
+  other.add_worker();
+  const image::ExrImage submitted = other.finish(other.submit(
+      scene_path(),
+      {"--size", "96x64", "--samples", std::to_string(samples), "--pass", "16", "--tile", "16"}));
+  const auto different = image::difference(submitted, picture);
+  EXPECT_FALSE(different.has_value()) << different.value_or("");
+  return samples;
+}
+
+TEST(TimeLimit, ends_at_a_whole_pass_with_the_bits_of_a_job_of_so_many_samples) {
+  Farm farm;
+  farm.add_worker();
+  farm.add_worker();
+  const std::string id = farm.submit(scene_path(), limited("3"));
+  const std::int64_t samples = expect_as_submitted(farm, id);
+  EXPECT_GT(samples, 1) << farm.logs();
+}
+
+TEST(TimeLimit, survives_a_restart_of_the_coordinator) {
+  Farm farm;
+  farm.add_worker();
+  const std::string id = farm.submit(scene_path(), limited("4"));
+  ASSERT_TRUE(farm.wait_for_progress(id, 1e-6)) << farm.logs();
+  farm.kill_and_restart_server();
+  const std::int64_t samples = expect_as_submitted(farm, id);
+  farm.kill_and_restart_server();
+  EXPECT_EQ(farm.job(id).value("samples", std::int64_t{0}), samples);
+  EXPECT_EQ(farm.job(id).value("state", ""), "done");
+}
+
+TEST(Focus, and_order_change_no_bit_though_it_is_moved_and_the_coordinator_killed) {
+  const PictureJob job{};
+  Farm farm;
+  farm.add_worker();
+  std::vector<std::string> arguments = arguments_of(job);
+  for (const char* more : {"--order", "center", "--focus", "40x30+100+50", "--max-workers", "2"})
+    arguments.emplace_back(more);
+  const std::string id = farm.submit(scene_path(), arguments);
+  const auto focus = [&] { return farm.job(id).value("focus", nlohmann::json()); };
+  EXPECT_EQ(focus().value("x", -1), 100);
+  ASSERT_TRUE(farm.wait_for_progress(id, 0.02)) << farm.logs();
+  const Outcome moved = farm.tessera({"focus", id, "50x131+200+0"});
+  ASSERT_EQ(moved.code, 0) << moved.errors;
+  EXPECT_EQ(farm.tessera({"set", id, "--priority", "3", "--max-workers", "0"}).code, 0);
+  farm.kill_and_restart_server();
+  EXPECT_EQ(focus().value("x", -1), 200) << "it survives";
+  EXPECT_EQ(farm.job(id).value("priority", 0), 3);
+  const Outcome beyond = farm.tessera({"focus", id, "51x131+200+0"});
+  EXPECT_EQ(beyond.code, 2);
+  EXPECT_NE(beyond.errors.find("focus.width"), std::string::npos) << beyond.errors;
+  EXPECT_EQ(farm.tessera({"focus", id, "none"}).code, 0);
+  EXPECT_TRUE(focus().is_null());
+  expect_undisturbed(job, farm.finish(id));
+}
+
+}  // namespace
+}  // namespace tessera::farm_test
