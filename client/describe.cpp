@@ -229,16 +229,13 @@ void add_each(CLI::App& app, Line& line, const char* name, const char* about,
 void add_focus(CLI::App& app, Line& line) {
   CLI::App& command = *app.add_subcommand(
       "focus", "Have a rectangle of a job's pixels rendered first, or no longer");
-  command.add_option("job", line.jobs, "The job's number")
-      ->required()
-      ->expected(1)
-      ->type_name("JOB");
+  command.add_option("job", line.job, "The job's number")->required()->type_name("JOB");
   command.add_option("region", line.focus, "The rectangle, or none")
       ->required()
       ->type_name("WxH+X+Y|none");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
-      const JobId job = job_from(line.jobs.front());
+      const JobId job = job_from(line.job);
       if (*line.focus == "none") return focus(settings, job, std::nullopt);
       return focus(settings, job, focus_from(*line.focus));
     };

@@ -20,6 +20,7 @@ struct Line {
   FetchOptions fetch;
   SetOptions set;
   QuarantineOptions quarantine;  ///< its `workers` are drain's and release's too
+  std::string job;               ///< of a command that takes something behind it
   std::vector<std::string> jobs;
   std::function<int(const Settings&)> command;
 };
