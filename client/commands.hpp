@@ -35,6 +35,7 @@ struct WedgeOptions {
 };
 int wedge(const Settings& settings, const WedgeOptions& options);
 
+int extend(const Settings& settings, const std::vector<JobId>& jobs, std::int64_t samples);
 int submit(const Settings& settings, const JobOptions& options);
 int watch(const Settings& settings, JobId job);
 int wait(const Settings& settings, JobId job);
@@ -42,8 +43,10 @@ int wait(const Settings& settings, JobId job);
 struct FetchOptions {
   JobId job = 0;
   std::filesystem::path output;
-  std::optional<std::int32_t> frame;  ///< else the job's first
-  double exposure = 0;                ///< stops; PNG alone
+  std::optional<std::int32_t> frame;  ///< one of them
+  std::optional<FrameList>
+      frames;           ///< several; else the job's first, or all where # is in the name
+  double exposure = 0;  ///< stops; PNG alone
 };
 int fetch(const Settings& settings, const FetchOptions& options);
 

@@ -72,6 +72,10 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
       ->type_name("N");
 }
 
+void add_frames(CLI::App& command, std::optional<std::string>& frames, const char* about) {
+  command.add_option("--frames", frames, about)->type_name("LIST");
+}
+
 /// What was given as text becomes values.
 void take_texts(const Line& line, JobOptions& job) {
   if (line.size) {
@@ -89,7 +93,10 @@ void add_render(CLI::App& app, Line& line) {
       "Render one picture here: starts a coordinator and workers, and leaves nothing but the file");
   RenderOptions& options = line.render;
   add_job_options(command, line, options.job);
-  command.add_option("-o,--output", options.output, "The picture: .exr or .png")
+  add_frames(command, options.job.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20 (1)");
+  command
+      .add_option("-o,--output", options.output,
+                  "The picture: .exr or .png; #### in its name is the place of a frame's number")
       ->required()
       ->type_name("FILE");
   command.add_option("--exposure", options.exposure, "Stops, for .png")
@@ -166,6 +173,7 @@ void add_submit(CLI::App& app, Line& line) {
       *app.add_subcommand("submit", "Send a scene to the server; prints the job's number");
   JobOptions& job = line.render.job;
   add_job_options(command, line, job);
+  add_frames(command, job.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20 (1)");
   command.add_option("--priority", job.priority, "-100 to 100, higher first (0)")->type_name("N");
   command.add_flag("--mixed", job.mixed, "Take workers of any build, and give up identical bits");
   command.callback([&line] {
@@ -183,17 +191,24 @@ void add_fetch(CLI::App& app, Line& line) {
       ->required()
       ->expected(1)
       ->type_name("JOB");
-  command.add_option("-o,--output", line.fetch.output, "The picture: .exr or .png")
+  command
+      .add_option("-o,--output", line.fetch.output,
+                  "The picture: .exr or .png; #### in its name is the place of a frame's number, "
+                  "and asks for all frames unless some are named")
       ->required()
       ->type_name("FILE");
-  command.add_option("--frame", line.fetch.frame, "Which frame; else the job's first")
-      ->type_name("N");
+  auto* frame =
+      command.add_option("--frame", line.fetch.frame, "Which frame; else the job's first, or all")
+          ->type_name("N");
+  add_frames(command, line.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20");
+  frame->excludes("--frames");
   command.add_option("--exposure", line.fetch.exposure, "Stops, for .png")
       ->type_name("STOPS")
       ->check(CLI::Range(-64., 64.));
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
       line.fetch.job = job_from(line.jobs.front());
+      if (line.frames) line.fetch.frames = frames_from_text(*line.frames);
       return fetch(settings, line.fetch);
     };
   });
@@ -222,6 +237,22 @@ void add_each(CLI::App& app, Line& line, const char* name, const char* about,
   command.callback([&line, run] {
     line.command = [&line, run](const Settings& settings) {
       return run(settings, jobs_from(line.jobs));
+    };
+  });
+}
+
+void add_extend(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand(
+      "extend", "Add samples to jobs that are done or under way: what they have is kept");
+  command.add_option("jobs", line.jobs, "The jobs' numbers")->required()->type_name("JOB");
+  command
+      .add_option("--samples", line.samples, "Samples of each pixel in all, more than there are")
+      ->required()
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) {
+      return extend(settings, jobs_from(line.jobs), line.samples);
     };
   });
 }
@@ -332,6 +363,7 @@ void describe(CLI::App& app, Line& line) {
   add_each(app, line, "cancel", "Cancel jobs", cancel);
   add_each(app, line, "pause", "Pause jobs", pause);
   add_each(app, line, "resume", "Go on with paused jobs", resume);
+  add_extend(app, line);
   for (CLI::App* command : app.get_subcommands({}))
     command->footer("The options of tessera itself stand here too: see tessera --help.");
 }

@@ -19,8 +19,10 @@ struct Line {
   WedgeOptions wedge;
   FetchOptions fetch;
   SetOptions set;
-  QuarantineOptions quarantine;  ///< its `workers` are drain's and release's too
-  std::string job;               ///< of a command that takes something behind it
+  QuarantineOptions quarantine;       ///< its `workers` are drain's and release's too
+  std::string job;                    ///< of a command that takes something behind it
+  std::optional<std::string> frames;  ///< of fetch
+  std::int64_t samples = 0;           ///< of extend
   std::vector<std::string> jobs;
   std::function<int(const Settings&)> command;
 };

@@ -51,6 +51,14 @@ std::string name_of(const scene::Scene& scene, const JobOptions& options) {
   return options.scene.stem().string();
 }
 
+FrameList frames_at_flag(const std::string& text) {
+  try {
+    return frames_from_text(text);
+  } catch (const Error& error) {
+    throw Error(error.kind(), error.message(), {.file = {}, .key = "frames"});
+  }
+}
+
 }  // namespace
 
 Size size_from(std::string_view text) {
@@ -144,6 +152,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   spec.focus = options.focus;
   try {
     if (options.order) spec.order = order_from(*options.order);
+    if (options.frames) spec.frames = frames_at_flag(*options.frames);
     if (!spec.camera.empty()) check_camera(scene, spec.camera);
     scene::check_names(spec.render);
     check(spec);

@@ -46,6 +46,7 @@ struct JobOptions {
   std::optional<Rect> focus;
   std::optional<double> time_limit_seconds;
   std::optional<int> max_workers;
+  std::optional<std::string> frames;  ///< as frames_from_text reads them; else frame 1
   int priority = 0;
   bool mixed = false;
 };

@@ -25,6 +25,8 @@ struct JobState {
   std::int64_t samples_done = 0;                            ///< of all pixels together
   std::int64_t samples_total = 0;                           ///< of all pixels together
   std::int64_t first_frame = 1;
+  std::int64_t frames = 1;
+  std::int64_t frames_done = 0;
   double render_seconds = 0;
   double cpu_seconds = 0;
   std::int64_t rays = 0;

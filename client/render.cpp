@@ -7,6 +7,7 @@
 #include "client/commands.hpp"
 #include "client/farm.hpp"
 #include "client/follow.hpp"
+#include "client/frame_files.hpp"
 #include "client/output.hpp"
 #include "client/post.hpp"
 #include "client/prepare.hpp"
@@ -28,6 +29,7 @@ Json report(const RenderOptions& options, const PreparedJob& prepared, const Job
           {"width", prepared.spec.render.width},
           {"height", prepared.spec.render.height},
           {"samples", job.samples},
+          {"frames", prepared.spec.frames.count()},
           {"rays", job.rays},
           {"workers", options.workers},
           {"threads", threads}};
@@ -43,6 +45,8 @@ int render(const Settings& settings, const RenderOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the picture is still wanted
 
   const PreparedJob prepared = prepare(options.job);
+  const FrameList& frames = prepared.spec.frames;
+  check_frame_files(options.output, frames.count());
   ProgressPrinter printer(2);
   printer.remark("starting");
   Farm farm(options.workers, threads);
@@ -56,8 +60,9 @@ int render(const Settings& settings, const RenderOptions& options) {
         server, id, [&](const Json& object) { printer.show(job_state_from(object)); }, how));
     printer.finish();
     if (job.state != "done") return outcome(job);
-    fetch_picture(server, picture_target(id, job.first_frame, format, options.exposure),
-                  options.output);
+    for (std::uint32_t i = 0; i < frames.count(); ++i)
+      fetch_picture(server, picture_target(id, frames.number(i), format, options.exposure),
+                    file_of_frame(options.output, frames.number(i)));
   } catch (const Error& error) {
     printer.finish();
     if (error.kind() == ErrorKind::unreachable)

@@ -11,6 +11,7 @@
 
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
+#include "server/quantities.hpp"
 
 namespace tessera::server {
 
@@ -39,6 +40,7 @@ net::Address address_from(const std::string& text, std::uint16_t default_port) {
 struct Flags {
   std::string data, http, listen, token, token_file, public_url;
   std::string log_level = "info";
+  std::string film_memory, keep_jobs = "forever", disk_limit;
   bool insecure = false, no_durable = false;
   int pool_threads = ServerSettings().pool_threads;
   int preparation_timeout = ServerSettings().preparation_timeout;
@@ -75,6 +77,18 @@ void declare(CLI::App& app, Flags& flags) {
                  "A worker whose preparation of a scene has not got on for so many seconds is not "
                  "waited for [1800]")
       ->type_name("SECONDS");
+  app.add_option("--film-memory", flags.film_memory,
+                 "Memory for the films of unfinished frames, the rest is on disk, such as 8G [half "
+                 "of the machine's]")
+      ->type_name("SIZE");
+  app.add_option("--keep-jobs", flags.keep_jobs,
+                 "How long jobs that have ended are kept, with their pictures, such as 30d "
+                 "[forever]")
+      ->type_name("TIME");
+  app.add_option("--disk-limit", flags.disk_limit,
+                 "Bytes of the data folder beyond which new jobs and uploads are refused, such as "
+                 "500G [what the file system has]")
+      ->type_name("SIZE");
   app.add_flag("--no-durable", flags.no_durable)->group("");  // for the benchmark
 }
 
@@ -92,6 +106,10 @@ Options options_from(const Flags& flags) {
   server.pool_threads = flags.pool_threads;
   server.durable = !flags.no_durable;
   server.preparation_timeout = flags.preparation_timeout;
+  if (!flags.film_memory.empty())
+    server.film_memory = size_from(flags.film_memory, "--film-memory");
+  server.keep_jobs = time_from(flags.keep_jobs, "--keep-jobs");
+  if (!flags.disk_limit.empty()) server.disk_limit = size_from(flags.disk_limit, "--disk-limit");
   options.log_level = log::level_from(flags.log_level);
   check(server);
   return options;

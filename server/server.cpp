@@ -16,6 +16,7 @@
 #include "server/coordinator/coordinator.hpp"
 #include "server/http/api.hpp"
 #include "server/http/listener.hpp"
+#include "server/quantities.hpp"
 #include "server/session/listener.hpp"
 
 namespace tessera::server {
@@ -123,6 +124,9 @@ struct Server::State {
     out.pool_threads = settings.pool_threads;
     out.durable = settings.durable;
     out.scheduler.preparation = std::chrono::seconds(settings.preparation_timeout);
+    out.film_memory = settings.film_memory > 0 ? settings.film_memory : machine_memory() / 2;
+    out.keep_jobs = settings.keep_jobs;
+    out.disk_limit = settings.disk_limit;
     return out;
   }
   static ApiSettings api_settings(const ServerSettings& settings, const std::string& blob_token) {

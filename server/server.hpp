@@ -3,8 +3,10 @@
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "common/base/clock.hpp"
 #include "common/net/address.hpp"
 
 /// The whole coordinator, put together: data folder, workers' port and people's port.
@@ -22,6 +24,11 @@ struct ServerSettings {
   /// A preparation that has not got on for so many seconds is given up.
   int preparation_timeout = 1800;
   bool durable = true;  ///< false: no fsync, for the benchmark that shows its cost
+  /// Bytes of films of unfinished frames in memory; 0: half of the machine's memory. The other half
+  /// is for what is on its way to the disk, for pictures being encoded, and for the system.
+  std::uint64_t film_memory = 0;
+  std::optional<Duration> keep_jobs;  ///< jobs that have ended; nullopt: for good
+  std::uint64_t disk_limit = 0;       ///< bytes of the data folder; 0: no limit
 };
 
 /// Throws Error{bad_input} with a sentence for people: an address that is no IP address; one off

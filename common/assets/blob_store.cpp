@@ -53,6 +53,12 @@ struct BlobStore::State {
   [[nodiscard]] fs::path partial(const Digest& digest) const {
     return folder / "partial" / digest.hex();
   }
+  struct Entry {
+    fs::file_time_type used;
+    Digest digest;
+    std::uint64_t size;
+  };
+  [[nodiscard]] std::vector<Entry> entries() const;
   std::shared_ptr<std::mutex> mutex_of(const Digest& digest);
   void give_name(const fs::path& from, const Digest& digest) const;
 };
@@ -240,35 +246,32 @@ void BlobStore::Writer::commit() {
 BlobStore::Pin::~Pin() { store_.state_->pins.unpin(number_); }
 
 std::unique_ptr<BlobStore::Pin> BlobStore::pin(std::vector<Digest> digests) {
-  for (const Digest& digest : digests) {
-    std::error_code ignored;  // those that are not here yet have no time
-    fs::last_write_time(path(digest), fs::file_time_type::clock::now(), ignored);
-  }
+  touch(digests);
   return std::unique_ptr<Pin>(new Pin(*this, state_->pins.pin(std::move(digests))));
 }
 
-std::uint64_t BlobStore::evict(std::uint64_t most) {
-  struct Entry {
-    fs::file_time_type used;
-    Digest digest;
-    std::uint64_t size;
-  };
-  const auto held = state_->pins.hold();  // nobody pins meanwhile
-  std::vector<Entry> entries;
-  std::uint64_t total = 0;
-  for (const fs::directory_entry& folder : fs::directory_iterator(state_->folder)) {
-    const std::string begin = folder.path().filename().string();
-    if (begin.size() != 2 || !folder.is_directory()) continue;
-    for (const fs::directory_entry& file : fs::directory_iterator(folder.path())) {
+std::vector<BlobStore::State::Entry> BlobStore::State::entries() const {
+  std::vector<Entry> found;
+  for (const fs::directory_entry& folder_entry : fs::directory_iterator(folder)) {
+    const std::string begin = folder_entry.path().filename().string();
+    if (begin.size() != 2 || !folder_entry.is_directory()) continue;
+    for (const fs::directory_entry& file : fs::directory_iterator(folder_entry.path())) {
       const auto digest = Digest::from_hex(begin + file.path().filename().string());
       std::error_code error;
       const std::uintmax_t size = file.file_size(error);
       const auto used = file.last_write_time(error);
-      if (!digest || error) continue;
-      total += size;
-      entries.push_back({.used = used, .digest = *digest, .size = size});
+      if (digest && !error) found.push_back({.used = used, .digest = *digest, .size = size});
     }
   }
+  return found;
+}
+
+std::uint64_t BlobStore::evict(std::uint64_t most) {
+  const auto held = state_->pins.hold();  // nobody pins meanwhile
+  using Entry = State::Entry;
+  std::vector<Entry> entries = state_->entries();
+  std::uint64_t total = 0;
+  for (const Entry& entry : entries) total += entry.size;
   if (total <= most) return total;
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.used, a.digest) < std::pair(b.used, b.digest);
@@ -281,6 +284,40 @@ std::uint64_t BlobStore::evict(std::uint64_t most) {
     if (fs::remove(path(entry.digest), error)) total -= entry.size;
   }
   return total;
+}
+
+// ---- a server's store ----
+void BlobStore::touch(std::span<const Digest> digests) {
+  for (const Digest& digest : digests) {
+    std::error_code ignored;  // those that are not here yet have no time
+    fs::last_write_time(path(digest), fs::file_time_type::clock::now(), ignored);
+  }
+}
+
+std::uint64_t BlobStore::bytes() const {
+  std::uint64_t total = 0;
+  for (const State::Entry& entry : state_->entries()) total += entry.size;
+  for (const char* part : {"partial", "tmp"})
+    for (const fs::directory_entry& entry : fs::directory_iterator(state_->folder / part)) {
+      std::error_code error;
+      const std::uintmax_t size = entry.file_size(error);
+      if (!error) total += size;
+    }
+  return total;
+}
+
+std::uint64_t BlobStore::collect(const std::set<Digest>& needed, std::int64_t older_than_seconds) {
+  const auto held = state_->pins.hold();  // nobody pins meanwhile
+  const std::set<Digest> pinned = held.pinned();
+  const auto limit = fs::file_time_type::clock::now() - std::chrono::seconds(older_than_seconds);
+  std::uint64_t removed = 0;
+  for (const State::Entry& entry : state_->entries()) {
+    if (entry.used > limit || needed.contains(entry.digest) || pinned.contains(entry.digest))
+      continue;
+    std::error_code error;
+    if (fs::remove(path(entry.digest), error)) removed += entry.size;
+  }
+  return removed;
 }
 
 }  // namespace tessera::assets

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -94,6 +95,15 @@ class BlobStore {
   /// Removes the least recently used blobs, but none that any process has pinned, until those left
   /// have at most `most` bytes. Gives the bytes that are left.
   std::uint64_t evict(std::uint64_t most);
+
+  // ---- a server's store: what nobody needs goes ----
+  /// Marks those that are here as used now.
+  void touch(std::span<const Digest> digests);
+  /// Bytes of all blobs and partial uploads.
+  [[nodiscard]] std::uint64_t bytes() const;
+  /// Removes the blobs that are not among `needed`, not pinned by any process, and were not used,
+  /// or uploaded, for this long. Gives the bytes that were removed.
+  std::uint64_t collect(const std::set<Digest>& needed, std::int64_t older_than_seconds);
 
  private:
   struct State;

@@ -166,6 +166,18 @@ ExrImage read_exr(std::span<const std::byte> exr, const std::string& name) {
   }
 }
 
+Metadata read_exr_header(const std::filesystem::path& file) {
+  try {
+    return metadata_in(Imf::InputFile(file.c_str()).header());
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& problem) {
+    throw Error(ErrorKind::bad_input,
+                fmt::format("not a valid EXR file: {}", printable(problem.what())),
+                {.file = file.string()});
+  }
+}
+
 ExrImage read_exr_file(const std::filesystem::path& file) {
   return read_exr(read_file(file, 64 * limits::GiB), file.string());
 }

@@ -89,6 +89,8 @@ struct ExrImage {
 /// what the errors call it.
 ExrImage read_exr(std::span<const std::byte> exr, const std::string& name = "EXR");
 ExrImage read_exr_file(const std::filesystem::path& file);
+/// The texts, numbers and matrices of a file's header alone. Throws Error{bad_input}.
+Metadata read_exr_header(const std::filesystem::path& file);
 
 /// An 8-bit RGB PNG file in sRGB: each colour times 2^exposure_stops, clipped to [0, 1]. `rgb` is
 /// three planes (or more; what follows is not read), premultiplied, so that what is transparent is

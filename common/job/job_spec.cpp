@@ -14,8 +14,6 @@ namespace tessera {
 
 namespace {
 
-/// Frame numbers, either way.
-constexpr std::int64_t frame_most = 1'000'000;
 constexpr double time_limit_most = 365.25 * 24 * 3600;
 
 constexpr std::array<std::string_view, 3> order_names{"hilbert", "center", "scanline"};
@@ -61,7 +59,7 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   return render;
 }
 
-FrameRange frames_from(const Json& json, const std::string& path) {
+FrameRange range_from(const Json& json, const std::string& path) {
   FrameRange frames;
   ObjectReader in(json, path);
   frames.first = static_cast<std::int32_t>(in.integer("first", -frame_most, frame_most));
@@ -70,6 +68,45 @@ FrameRange frames_from(const Json& json, const std::string& path) {
   frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, frame_most, 1));
   in.finish();
   return frames;
+}
+
+/// A range, or an array of them.
+FrameList frames_from(const Json& json, const std::string& path) {
+  if (!json.is_array()) return range_from(json, path);
+  if (json.empty() || json.size() > frame_ranges_most)
+    throw Error(
+        ErrorKind::bad_input,
+        fmt::format("expected 1 to {} ranges of frames, found {}", frame_ranges_most, json.size()),
+        {.key = path});
+  FrameList list;
+  list.ranges.clear();
+  for (const Json& one : json)
+    list.ranges.push_back(range_from(one, fmt::format("{}[{}]", path, list.ranges.size())));
+  return list;
+}
+
+Json range_json(const FrameRange& range) {
+  return {{"first", range.first}, {"last", range.last}, {"step", range.step}};
+}
+
+Json frames_json(const FrameList& frames) {
+  if (frames.ranges.size() == 1) return range_json(frames.ranges.front());
+  Json list = Json::array();
+  for (const FrameRange& range : frames.ranges) list.push_back(range_json(range));
+  return list;
+}
+
+void check_frames(const FrameList& frames) {
+  if (frames.ranges.empty()) bad("frames", "expected at least one frame");
+  for (std::size_t i = 0; i < frames.ranges.size(); ++i) {
+    const FrameRange& range = frames.ranges[i];
+    within("frames.first", range.first, -frame_most, frame_most);
+    within("frames.last", range.last, -frame_most, frame_most);
+    if (range.last < range.first || range.step < 1)
+      bad("frames", "expected first ≤ last and step ≥ 1");
+    if (i > 0 && range.first <= frames.ranges[i - 1].last)
+      bad("frames", "expected each range to begin after the end of the one before");
+  }
 }
 
 }  // namespace
@@ -132,10 +169,7 @@ void check(const JobSpec& spec) {
   if (render.seed > static_cast<std::uint64_t>(INT64_MAX))
     bad("render.seed",
         fmt::format("expected a whole number from 0 to {}, found {}", INT64_MAX, render.seed));
-  within("frames.first", spec.frames.first, -frame_most, frame_most);
-  within("frames.last", spec.frames.last, -frame_most, frame_most);
-  if (spec.frames.last < spec.frames.first || spec.frames.step < 1)
-    bad("frames", "expected first ≤ last and step ≥ 1");
+  check_frames(spec.frames);
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("max_workers", spec.max_workers, 0, max_workers_most);
@@ -159,8 +193,7 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"priority", spec.priority},
           {"bundle", spec.bundle.hex()},
           {"camera", spec.camera},
-          {"frames",
-           {{"first", spec.frames.first}, {"last", spec.frames.last}, {"step", spec.frames.step}}},
+          {"frames", frames_json(spec.frames)},
           {"render", render_json(spec.render)},
           {"tile", spec.tile},
           {"pass", spec.pass},

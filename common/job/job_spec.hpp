@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/digest.hpp"
+#include "common/job/frames.hpp"
 #include "common/job/pass_plan.hpp"
 #include "common/job/task.hpp"
 #include "common/job/tile_grid.hpp"
@@ -28,21 +29,6 @@ struct RenderSettings {
   bool operator==(const RenderSettings&) const = default;
 };
 
-/// The frames of a job: first, first + step, … up to last.
-struct FrameRange {
-  std::int32_t first = 1;
-  std::int32_t last = 1;
-  std::int32_t step = 1;
-  bool operator==(const FrameRange&) const = default;
-  [[nodiscard]] std::uint32_t count() const {
-    return static_cast<std::uint32_t>((static_cast<std::int64_t>(last) - first) / step + 1);
-  }
-  [[nodiscard]] bool contains(std::int32_t frame) const {
-    return frame >= first && frame <= last &&
-           (static_cast<std::int64_t>(frame) - first) % step == 0;
-  }
-};
-
 /// In which order the tiles of a pass are handed out.
 enum class TileOrder {
   hilbert,   ///< along a Hilbert curve: what one worker holds is a neighbourhood
@@ -62,7 +48,7 @@ struct JobSpec {
   int priority = 0;    ///< −100 … 100; higher first
   Digest bundle;       ///< the manifest that names the scene and its files
   std::string camera;  ///< one of the scene's; empty is its first
-  FrameRange frames;
+  FrameList frames;
   RenderSettings render;
   int tile = 64;         ///< side of a tile, pixels
   int pass = 256;        ///< most samples of a pass

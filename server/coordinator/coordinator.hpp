@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/clock.hpp"
+#include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/job/job_spec.hpp"
 #include "common/wire/messages.hpp"
@@ -70,6 +71,7 @@ struct JobStatus {
   std::shared_ptr<const JobPlan> plan;
   UnixMillis created = 0, started = 0, finished = 0;  ///< 0: not yet
   double progress = 0;                                ///< 0…1, by samples
+  std::uint32_t frames_done = 0;                      ///< frames whose file is written
   double render_seconds = 0;  ///< from the first lease to now if any is out, else to the last fold
   double cpu_seconds = 0;     ///< of the threads that rendered, over all workers and results
   std::int64_t rays = 0;
@@ -79,7 +81,26 @@ struct JobStatus {
     std::string worker;
     std::int64_t samples = 0;
   };
-  std::vector<Share> shares;  ///< by worker, most first
+  std::vector<Share> shares;                ///< by worker, most first
+  std::vector<std::int64_t> extended_from;  ///< samples it had before, oldest first
+};
+
+/// Nothing new is taken, for the disk has no room; what() says the numbers.
+class NoRoom : public Error {
+ public:
+  explicit NoRoom(std::string message) : Error(ErrorKind::failed, std::move(message)) {}
+};
+
+/// What is kept, bytes; of films, what is in memory.
+struct StorageUse {
+  std::uint64_t journal = 0;
+  std::uint64_t checkpoints = 0;
+  std::uint64_t blobs = 0;
+  std::uint64_t pictures = 0;  ///< final ones
+  std::uint64_t films = 0, films_most = 0;
+  std::uint64_t disk_most = 0;  ///< CoordinatorSettings::disk_limit
+  std::uint64_t disk_free = 0;  ///< on the data folder's file system
+  [[nodiscard]] std::uint64_t on_disk() const { return journal + checkpoints + blobs + pictures; }
 };
 
 /// What can be changed of a job that has not ended. What is absent stays as it is.
@@ -120,6 +141,19 @@ struct CoordinatorSettings {
   std::size_t in_flight =
       256 * limits::MiB;  ///< bytes of results on their way, above which workers are held
   bool durable = true;    ///< false: no fsync (for the benchmark that shows its cost)
+  /// Films of unfinished frames in memory, bytes; what is beyond is read back when it is needed. A
+  /// job whose single film needs more is refused.
+  std::uint64_t film_memory = 1 * limits::GiB;
+  /// A job that has ended is forgotten after so long, with its pictures; nullopt: never.
+  std::optional<Duration> keep_jobs;
+  /// Bytes of the data folder beyond which new jobs and uploads are refused; 0: no limit but the
+  /// file system's.
+  std::uint64_t disk_limit = 0;
+  /// … and so many bytes of the file system are left to the jobs that are here.
+  std::uint64_t disk_reserve = 1 * limits::GiB;
+  /// A blob that no job names stays at least so long after it was last used or uploaded.
+  Duration blob_grace = std::chrono::hours(24);
+  Duration upkeep = std::chrono::seconds(5);  ///< between two looks at all that
 };
 
 class Coordinator {
@@ -149,6 +183,13 @@ class Coordinator {
   virtual boost::asio::awaitable<void> resume(JobId id) = 0;
   /// All of it or, if anything of it is wrong (Error{bad_input}), nothing.
   virtual boost::asio::awaitable<void> change(JobId id, JobChange change) = 0;
+  /// The job, under way or done, goes on to so many samples of each pixel; its result has the bits
+  /// of a job that was submitted with them. Durable when it resumes. Also throws Error{bad_input}
+  /// if it has that many already, or the limits do not allow it.
+  virtual boost::asio::awaitable<void> extend(JobId id, std::int64_t samples) = 0;
+  /// Why new jobs and uploads are refused at present: the disk; empty: they are not.
+  [[nodiscard]] virtual std::string lacks_room() const = 0;
+  [[nodiscard]] virtual StorageUse storage() const = 0;
 
   // ---- pictures ----
   /// The frame as far as it is folded, whole and consistent. Throws Error{not_found}.

@@ -22,6 +22,7 @@ constexpr Duration retry_most = std::chrono::seconds(10);
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
+  const AtWork working(known(id), files_changed_);
   // Before the file: a start that finds it must not take it for one of all the samples.
   if (known(id).shortened && !co_await save_surely(known(id).record)) co_return;
   Duration wait = retry_first;
@@ -35,9 +36,10 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
 
 boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t frame) {
   const std::filesystem::path file = frame_path(settings_.data, id, frame);
+  std::shared_ptr<const FilmSnapshot> shared;
   try {
     FilmSnapshot film = co_await films_.snapshot(id, frame);
-    auto shared = std::make_shared<const FilmSnapshot>(std::move(film));
+    shared = std::make_shared<const FilmSnapshot>(std::move(film));
     const image::Metadata metadata = metadata_for(known(id), frame);
     const std::function<char()> write = [shared, metadata, file, durable = settings_.durable] {
       write_frame_exr(file, durable, *shared, metadata);
@@ -51,8 +53,15 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
     co_return false;
   }
   known(id).trouble.clear();
-  known(id).files.insert(frame);
+  Job& job = known(id);
+  job.files.insert(frame);
   films_.forget(id, frame);
+  if (!is_end(job.record.state) && !job.broken) {
+    // Of a film that has the regular passes and no others its checkpoint is made as it stands.
+    if (job.plan->passes.regular() != job.plan->passes.count()) shared = nullptr;
+    job.unsettled.insert(frame);
+    crew_.start("a frame's checkpoint", settle_frame(id, frame, shared));
+  }
   log::info("job {} frame {}: {}", id, frame, file.string());
   frame_news_.changed(id, frame, now());
   files_changed_.notify();
@@ -62,6 +71,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
   Job& job = known(id);
+  const AtWork working(job, files_changed_);
   while (job.files.size() < job.plan->spec.frames.count() && !crew_.stopping() && !job.broken)
     co_await files_changed_.wait();
   if (crew_.stopping() || job.broken) co_return;
@@ -70,12 +80,14 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
   job.record = end;
   job.ended = true;
   log::info("job {} is done after {:.1f} s", id, end.render_seconds);
-  co_await let_go(id);
+  let_go(id);
+  crew_.start("a done job's results", forget_settled(id));
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string state,
                                                           std::string error) {
   Job& job = known(id);
+  const AtWork working(job, files_changed_);
   if (job.record.state != state) {
     const JobRecord end = job.end_record(state, error, now(), unix_millis_now());
     if (!co_await save_surely(end)) co_return;
@@ -83,23 +95,48 @@ boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string 
   }
   job.ended = true;
   co_await keep_pictures(id);
-  co_await let_go(id);
+  let_go(id);
+  while (!known(id).checkpointing.empty()) co_await files_changed_.wait();
+  collect_soon_ = true;
+  co_await forget_results(id);
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::keep_pictures(JobId id) {
+  const bool extended = !known(id).record.extended_from.empty();
   const std::vector<std::int32_t> frames = films_.frames(id);
-  for (const std::int32_t frame : frames)
-    if (!crew_.stopping()) co_await write_frame(id, frame);
+  for (const std::int32_t frame : frames) {
+    if (crew_.stopping()) co_return;
+    if (extended && !co_await surpasses_its_file(id, frame)) continue;
+    co_await write_frame(id, frame);
+  }
+  if (!extended) co_return;
+  const std::function<std::set<std::int32_t>()> look = [this, id] {
+    return frames_on_disk(settings_.data, id);
+  };
+  known(id).files = co_await on<std::set<std::int32_t>>(files_, look);
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::let_go(JobId id) {
+boost::asio::awaitable<bool> CoordinatorImpl::surpasses_its_file(JobId id, std::int32_t frame) {
+  const FrameFilm* film = films_.find(id, frame);
+  if (!film) co_return false;
+  const Job& job = known(id);
+  const std::int64_t have = film->samples();
+  const std::int64_t pixels =
+      std::int64_t{job.plan->grid.film_width()} * job.plan->grid.film_height();
+  const std::function<std::int64_t()> look = [file = frame_path(settings_.data, id, frame)] {
+    return samples_of_file(file);
+  };
+  const std::int64_t before = co_await on<std::int64_t>(files_, look);
+  co_return have > before* pixels;
+}
+
+void CoordinatorImpl::let_go(JobId id) {
   tell_frames(frame_news_.forget(id));
   films_.forget(id);
   pictures_.forget(id);
   scheduler_.forget_job(id);
   tell_job(id);
   files_changed_.notify();
-  co_await forget_results(id);
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
@@ -146,6 +183,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobRecord record) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::keep(JobRecord record) {
+  const AtWork working(known(record.id), files_changed_);
   co_await save_surely(std::move(record));
 }
 

@@ -4,6 +4,8 @@
 #include <boost/asio/post.hpp>
 
 #include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/film_memory.hpp"
 
 namespace tessera::server {
 
@@ -13,17 +15,19 @@ constexpr std::size_t folds_per_batch = 64;
 }  // namespace
 
 Films::Films(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes, Crew& crew,
-             ReadTile read, Hooks hooks)
+             std::uint64_t memory_most, Source source, Hooks hooks)
     : io_(std::move(io)),
       pool_(pool),
       lanes_(static_cast<std::size_t>(std::max(1, lanes))),
       crew_(crew),
-      read_(std::move(read)),
+      memory_most_(memory_most),
+      source_(std::move(source)),
       hooks_(std::move(hooks)) {}
 
-FrameFilm& Films::open(JobId job, const std::shared_ptr<const JobPlan>& plan, std::int32_t frame) {
+FrameFilm& Films::open(JobId job, const std::shared_ptr<const JobPlan>& plan, std::int32_t frame,
+                       std::uint64_t version) {
   FramePtr& entry = frames_[{job, frame}];
-  if (!entry) entry = std::make_shared<Frame>(job, plan, frame, io_);
+  if (!entry) entry = std::make_shared<Frame>(job, plan, frame, version, io_);
   return entry->film;
 }
 
@@ -40,9 +44,10 @@ std::vector<std::int32_t> Films::frames(JobId job) const {
   return numbers;
 }
 
-void Films::durable(JobId job, const std::shared_ptr<const JobPlan>& plan, const TaskId& task,
-                    const ResultPlace& place, std::shared_ptr<const DecodedTile> decoded) {
-  open(job, plan, task.frame).durable(task.tile, task.pass, place, std::move(decoded));
+void Films::durable(JobId job, const std::shared_ptr<const JobPlan>& plan, std::uint64_t version,
+                    const TaskId& task, const ResultPlace& place,
+                    std::shared_ptr<const DecodedTile> decoded) {
+  open(job, plan, task.frame, version).durable(task.tile, task.pass, place, std::move(decoded));
   touch(frames_[{job, task.frame}], task.tile);
 }
 
@@ -77,20 +82,27 @@ void Films::post(Batch batch) {
   });
 }
 
+std::shared_ptr<FilmTile> Films::begin(const JobPlan& plan, const FoldWork& work) const {
+  if (work.own) return work.own;
+  const Rect window = plan.grid.tile(work.tile);
+  if (work.checkpoint)
+    return std::make_shared<FilmTile>(source_.checkpoint(*work.checkpoint, window));
+  return std::make_shared<FilmTile>(work.before ? *work.before : empty_film_tile(window));
+}
+
 void Films::fold(Fold& fold) const {
   try {
     const JobPlan& plan = fold.frame->film.plan();
     const std::uint32_t tile = fold.work.tile;
-    auto sums = fold.work.own;
-    if (!sums)
-      sums = std::make_shared<FilmTile>(fold.work.before ? *fold.work.before
-                                                         : empty_film_tile(plan.grid.tile(tile)));
+    auto sums = begin(plan, fold.work);
     for (const FoldWork::Pass& pass : fold.work.passes) {
+      if (sums->passes != pass.pass)
+        throw Error(ErrorKind::failed, "what is kept of a film does not follow on itself");
       if (pass.tile) {
         server::fold(*sums, pass.tile->pixels);
       } else {
         const TaskId task{fold.frame->film.frame(), tile, pass.pass};
-        server::fold(*sums, read_(pass.place, expectation_of(plan, task)).pixels);
+        server::fold(*sums, source_.result(pass.place, expectation_of(plan, task)).pixels);
       }
     }
     fold.folded = std::move(sums);
@@ -107,7 +119,11 @@ void Films::finish(const Batch& batch) {
       frame.error = one.error;
       hooks_.failed(frame.job, one.error);
     } else {
-      if (frame.film.done(one.work, std::move(one.folded)))
+      frame.used = ++clock_;
+      const std::size_t before = frame.film.memory();
+      const bool grown = frame.film.done(one.work, std::move(one.folded));
+      memory_ += frame.film.memory() - before;
+      if (grown)
         hooks_.folded(frame.job, frame.film.frame(), one.work.tile,
                       frame.film.passes(one.work.tile));
       touch(one.frame, one.work.tile);
@@ -115,8 +131,27 @@ void Films::finish(const Batch& batch) {
     frame.changed.notify();
   }
   batch->clear();
+  trim();
   flush();
   hooks_.settled();
+}
+
+void Films::trim() {
+  if (memory_ <= memory_most_) return;
+  std::vector<FramePtr> frames;
+  std::vector<FilmUse> uses;
+  for (const auto& [key, frame] : frames_) {
+    frames.push_back(frame);
+    uses.push_back({frame->film.memory(), frame->used, frame->holds > 0 || frame->film.demanded()});
+  }
+  for (const std::size_t index : films_to_drop(uses, memory_most_)) {
+    Frame& frame = *frames[index];
+    const std::size_t before = frame.film.memory();
+    frame.film.drop();
+    memory_ -= before - frame.film.memory();
+    log::debug("job {} frame {}: {} bytes of its film leave memory", frame.job, frame.film.frame(),
+               before - frame.film.memory());
+  }
 }
 
 boost::asio::awaitable<FilmSnapshot> Films::snapshot(JobId job, std::int32_t frame) {
@@ -137,10 +172,21 @@ boost::asio::awaitable<FilmSnapshot> Films::snapshot(JobId job, std::int32_t fra
   co_return held->film.snapshot();
 }
 
+void Films::checkpointed(const Checkpoint& checkpoint) {
+  const auto found = frames_.find({checkpoint.job, checkpoint.frame});
+  if (found != frames_.end()) found->second->film.checkpointed(checkpoint);
+}
+
+void Films::hold(JobId job, std::int32_t frame, bool held) {
+  const auto found = frames_.find({job, frame});
+  if (found != frames_.end()) found->second->holds += held ? 1 : -1;
+}
+
 void Films::forget(JobId job, std::int32_t frame) {
   const auto found = frames_.find({job, frame});
   if (found == frames_.end()) return;
   found->second->gone = true;
+  memory_ -= found->second->film.memory();
   found->second->changed.notify();
   frames_.erase(found);
 }

@@ -18,8 +18,13 @@ namespace tessera::server {
 
 class Films {
  public:
-  /// Reads a result's tile back from the journal and decodes it; any thread. Throws Error.
-  using ReadTile = std::function<DecodedTile(const ResultPlace&, const image::TileExpectation&)>;
+  /// Where tiles are read back from; any thread. Both throw Error.
+  struct Source {
+    /// A result's, from the journal, decoded.
+    std::function<DecodedTile(const ResultPlace&, const image::TileExpectation&)> result;
+    /// A film's, from its checkpoint.
+    std::function<FilmTile(const CheckpointPlace&, const Rect&)> checkpoint;
+  };
   struct Hooks {
     /// Passes [0, passes) of the tile are folded; the frame has a new version.
     std::function<void(JobId, std::int32_t frame, std::uint32_t tile, std::uint32_t passes)> folded;
@@ -29,20 +34,23 @@ class Films {
     std::function<void()> settled;
   };
 
-  /// `crew` counts the work that is on the pool. `lanes`: threads of the pool.
+  /// `crew` counts the work that is on the pool. `lanes`: threads of the pool. `memory_most`: bytes
+  /// of films in memory beyond which those used longest ago are dropped.
   Films(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes, Crew& crew,
-        ReadTile read, Hooks hooks);
+        std::uint64_t memory_most, Source source, Hooks hooks);
 
-  /// The frame's film, an empty one if there is none yet.
-  FrameFilm& open(JobId job, const std::shared_ptr<const JobPlan>& plan, std::int32_t frame);
+  /// The frame's film, an empty one at `version` if there is none yet.
+  FrameFilm& open(JobId job, const std::shared_ptr<const JobPlan>& plan, std::int32_t frame,
+                  std::uint64_t version);
   /// nullptr if there is none.
   [[nodiscard]] const FrameFilm* find(JobId job, std::int32_t frame) const;
   [[nodiscard]] std::vector<std::int32_t> frames(JobId job) const;
 
   /// The result is in the journal; it is folded when its turn comes. Call flush() after the last of
   /// a batch.
-  void durable(JobId job, const std::shared_ptr<const JobPlan>& plan, const TaskId& task,
-               const ResultPlace& place, std::shared_ptr<const DecodedTile> decoded);
+  void durable(JobId job, const std::shared_ptr<const JobPlan>& plan, std::uint64_t version,
+               const TaskId& task, const ResultPlace& place,
+               std::shared_ptr<const DecodedTile> decoded);
   /// Hands what has its turn to the pool.
   void flush();
 
@@ -51,18 +59,29 @@ class Films {
   /// be read back.
   boost::asio::awaitable<FilmSnapshot> snapshot(JobId job, std::int32_t frame);
 
+  /// The frame's checkpoint is in the store. Between the snapshot that it was made of and this call
+  /// nothing of the frame may be read back: hold it.
+  void checkpointed(const Checkpoint& checkpoint);
+  /// While held, the frame is not dropped from memory.
+  void hold(JobId job, std::int32_t frame, bool held);
+
   void forget(JobId job, std::int32_t frame);
   void forget(JobId job);
+
+  /// Bytes of films in memory.
+  [[nodiscard]] std::uint64_t memory() const { return memory_; }
 
  private:
   struct Frame {
     Frame(JobId of, const std::shared_ptr<const JobPlan>& plan, std::int32_t number,
-          const boost::asio::any_io_executor& io)
-        : job(of), film(plan, number), changed(io) {}
+          std::uint64_t version, const boost::asio::any_io_executor& io)
+        : job(of), film(plan, number, version), changed(io) {}
     JobId job;
     FrameFilm film;
     Signal changed;
     std::string error;
+    int holds = 0;
+    std::uint64_t used = 0;
     bool gone = false;
   };
   using FramePtr = std::shared_ptr<Frame>;
@@ -77,13 +96,18 @@ class Films {
   void touch(const FramePtr& frame, std::uint32_t tile);
   void post(Batch batch);
   void fold(Fold& fold) const;
+  [[nodiscard]] std::shared_ptr<FilmTile> begin(const JobPlan& plan, const FoldWork& work) const;
   void finish(const Batch& batch);
+  void trim();
 
   boost::asio::any_io_executor io_;
   boost::asio::thread_pool& pool_;
   std::size_t lanes_;
   Crew& crew_;
-  ReadTile read_;
+  std::uint64_t memory_most_;
+  std::uint64_t memory_ = 0;
+  std::uint64_t clock_ = 0;
+  Source source_;
   Hooks hooks_;
   std::map<std::pair<JobId, std::int32_t>, FramePtr> frames_;
   std::vector<std::pair<FramePtr, std::uint32_t>> touched_;

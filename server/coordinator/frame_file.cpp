@@ -100,6 +100,17 @@ std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposur
                            exposure_stops);
 }
 
+std::int64_t samples_of_file(const fs::path& file) {
+  try {
+    const image::Metadata header = image::read_exr_header(file);
+    const auto* samples = header.find("tessera.samples");
+    const auto* whole = samples != nullptr ? std::get_if<std::int32_t>(samples) : nullptr;
+    return whole != nullptr ? *whole : 0;
+  } catch (const Error&) {
+    return 0;
+  }
+}
+
 void require_kept(const fs::path& file) {
   std::error_code unreadable;
   if (!fs::exists(file, unreadable))

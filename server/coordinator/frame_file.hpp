@@ -18,6 +18,8 @@ namespace tessera::server {
 
 std::filesystem::path job_folder(const std::filesystem::path& data, JobId job);
 std::filesystem::path frame_path(const std::filesystem::path& data, JobId job, std::int32_t frame);
+/// The samples that the picture's job had, as the file says; 0 if it does not.
+std::int64_t samples_of_file(const std::filesystem::path& file);
 /// The frames that have a file. Temporary files of a killed coordinator are removed.
 std::set<std::int32_t> frames_on_disk(const std::filesystem::path& data, JobId job,
                                       Disk& disk = *system_disk());

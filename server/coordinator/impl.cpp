@@ -9,6 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 namespace tessera::server {
 
@@ -65,12 +66,17 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
       pool_(static_cast<std::size_t>(std::max(1, settings_.pool_threads))),
       previews_(1),
       files_(1),
-      films_(io_, pool_, settings_.pool_threads, crew_,
-             [this](const ResultPlace& place, const image::TileExpectation& expected) {
-               return decode(
-                   std::make_shared<const std::vector<std::byte>>(store_->read_result(place).exr),
-                   expected);
-             },
+      checkpoints_(1),
+      upkeep_(1),
+      films_(io_, pool_, settings_.pool_threads, crew_, settings_.film_memory,
+             {[this](const ResultPlace& place, const image::TileExpectation& expected) {
+                return decode(
+                    std::make_shared<const std::vector<std::byte>>(store_->read_result(place).exr),
+                    expected);
+              },
+              [this](const CheckpointPlace& place, const Rect& window) {
+                return film_tile_from(store_->read_checkpoint(place), window);
+              }},
              {[this](JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
                 tile_folded(job, frame, tile, passes);
               },
@@ -86,6 +92,7 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
                {[this](std::vector<ArrivedResult> results) { results_durable(std::move(results)); },
                 [this](const ArrivedResult& result, const std::string& reason) {
                   ++counters_.rejected.tile;
+                  if (Job* job = find(result.info.job)) end_arriving(*job);
                   result_invalid(result, reason);
                 },
                 [this](const std::string& reason) { results_refused(reason); }}) {}
@@ -93,7 +100,8 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
 CoordinatorImpl::~CoordinatorImpl() {
   // After stop() there is nothing left to do. Without it this is as if the process had been killed:
   // what is on the pools is dropped, and what they posted must not run any more.
-  for (boost::asio::thread_pool* lane : {&pool_, &previews_, &files_}) {
+  stopped_ = true;
+  for (boost::asio::thread_pool* lane : {&pool_, &previews_, &files_, &checkpoints_, &upkeep_}) {
     lane->stop();
     lane->join();
   }
@@ -102,64 +110,14 @@ CoordinatorImpl::~CoordinatorImpl() {
 
 // ---- start and stop ----
 
-void CoordinatorImpl::restore() {
-  for (const JobRecord& record : store_->list_jobs()) restore_job(record);
-  forget_results_of_ended();
-  for (const auto& [id, count] : store_->failure_counts())
-    if (Job* job = find(id)) job->failures = count;
-  if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
+void CoordinatorImpl::start() {
+  crew_.start("the coordinator's clock", keep_time());
+  begin_house();
 }
-
-void CoordinatorImpl::forget_results_of_ended() {
-  for (const JobId id : store_->jobs_with_results()) {
-    const Job* job = find(id);
-    if (job && !job->ended) continue;
-    try {
-      store_->end_job(id);
-    } catch (const std::exception& error) {
-      log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
-    }
-  }
-}
-
-void CoordinatorImpl::restore_job(const JobRecord& record) {
-  Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
-  job.files = frames_on_disk(settings_.data, record.id);
-  if (!record.idempotency_key.empty())
-    requests_[record.idempotency_key] = {record.id, record.idempotency_fingerprint};
-  if (job.ended) return;
-  if (settings_.durable) settle_frames(settings_.data, record.id);
-  Actions actions = scheduler_.add_job(record.id, job.plan, now());
-  if (job.first_lease) scheduler_.restore_started(record.id, *job.first_lease);
-  std::map<std::int32_t, FrameFilm*> films;
-  store_->results_of(record.id, [&](const IndexedResult& result) {
-    job.count(result.worker_name, result.samples, result.rays, result.rejected, result.cpu_seconds,
-              result.worker_build);
-    scheduler_.restore_closed(record.id, result.task);
-    if (job.files.contains(result.task.frame)) return;
-    FrameFilm*& film = films[result.task.frame];
-    if (!film) film = &films_.open(record.id, job.plan, result.task.frame);
-    film->restore(result.task.tile, result.task.pass, result.place);
-  });
-  if (job.build) scheduler_.restore_build(record.id, *job.build);
-  for (const auto& [frame, film] : films) film->restored();
-  perform(actions);
-  // What is durable in order counts as folded from the start, so that work is handed out at once;
-  // the sums are read back when they are needed.
-  for (const auto& [frame, film] : films)
-    for (std::uint32_t tile = 0; tile < film->tile_count(); ++tile)
-      if (film->passes(tile) > 0)
-        perform(scheduler_.tile_folded(record.id, frame, tile, film->passes(tile), now()));
-  for (const std::int32_t frame : job.files)
-    for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
-      perform(scheduler_.tile_folded(record.id, frame, tile, job.plan->passes.count(), now()));
-  if (record.state == "paused") perform(scheduler_.pause_job(record.id, now()));
-}
-
-void CoordinatorImpl::start() { crew_.start("the coordinator's clock", keep_time()); }
 
 boost::asio::awaitable<void> CoordinatorImpl::stop() {
   stopping_ = true;
+  stopped_ = true;
   clock_.cancel();
   crew_.stop();
   files_changed_.notify();
@@ -319,6 +277,7 @@ void CoordinatorImpl::tile_folded(JobId id, std::int32_t frame, std::uint32_t ti
   frame_news_.changed(id, frame, now());
   tell_job(id);
   perform(scheduler_.tile_folded(id, frame, tile, passes, now()));
+  compact_in_time(id, frame);
 }
 
 // ---- jobs ----

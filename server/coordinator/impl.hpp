@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <map>
@@ -15,11 +16,16 @@
 #include "server/coordinator/event_hub.hpp"
 #include "server/coordinator/films.hpp"
 #include "server/coordinator/frame_throttle.hpp"
+#include "server/coordinator/job_content.hpp"
 #include "server/coordinator/job_table.hpp"
 #include "server/coordinator/offload.hpp"
 #include "server/coordinator/picture_cache.hpp"
 #include "server/coordinator/result_pipeline.hpp"
 #include "server/store/store.hpp"
+
+/// True if a checkpoint should take the place of so many bytes of the journal: a film's own bytes
+/// are what it costs.
+bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film);
 
 /// The real coordinator. Its members are used on the I/O thread alone, unless they say otherwise;
 /// README.md draws the threads.
@@ -40,10 +46,17 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> pause(JobId id) override;
   boost::asio::awaitable<void> resume(JobId id) override;
   boost::asio::awaitable<void> change(JobId id, JobChange change) override;
+  // ---- extend.cpp ----
+  boost::asio::awaitable<void> extend(JobId id, std::int64_t samples) override;
+  // ---- people.cpp ----
   std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) override;
 
   // ---- failures.cpp ----
   boost::asio::awaitable<std::vector<FailureRecord>> failures(JobId id) override;
+
+  // ---- room.cpp ----
+  [[nodiscard]] std::string lacks_room() const override;
+  [[nodiscard]] StorageUse storage() const override;
 
   // ---- pictures.cpp ----
   boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) override;
@@ -79,8 +92,26 @@ class CoordinatorImpl : public Coordinator {
     std::set<JobId> told;  ///< jobs whose spec was sent over this connection
   };
 
+  /// Counts a coroutine that ends or keeps something of the job, as long as it lives.
+  class AtWork {
+   public:
+    AtWork(Job& job, Signal& changed) : job_(job), changed_(changed) { ++job_.at_work; }
+    ~AtWork() {
+      --job_.at_work;
+      changed_.notify();
+    }
+    AtWork(const AtWork&) = delete;
+    AtWork& operator=(const AtWork&) = delete;
+
+   private:
+    Job& job_;
+    Signal& changed_;
+  };
+
   // ---- impl.cpp ----
   void restore_job(const JobRecord& record);
+  /// Gives scheduler and films what is kept of a job that they do not know yet.
+  void take_in(Job& job, const JobContent& content);
   /// Of jobs whose end was the last that an earlier run did for them; blocks.
   void forget_results_of_ended();
   /// `log` is the worker's, if it said one.
@@ -121,8 +152,45 @@ class CoordinatorImpl : public Coordinator {
   /// Saves the job's record as it is now; gives what went wrong.
   boost::asio::awaitable<std::exception_ptr> save_or_error(JobId id);
 
+  // ---- extend.cpp ----
+  /// Throws Error if the job cannot go on to so many samples.
+  void check_extension(const Job& job, std::int64_t samples) const;
+  boost::asio::awaitable<void> extend_checked(JobId id, std::int64_t samples);
+  /// The job begins anew with this record and what the store holds of it.
+  boost::asio::awaitable<void> reopen(JobRecord record);
+
+  // ---- checkpoints.cpp ----
+  /// Has a checkpoint made of the frame if enough of it is in the journal.
+  void compact_in_time(JobId id, std::int32_t frame);
+  boost::asio::awaitable<void> compact(JobId id, std::int32_t frame);
+  boost::asio::awaitable<void> make_checkpoint(JobId id, std::int32_t frame);
+  boost::asio::awaitable<void> put_checkpoint(Checkpoint made);
+  /// The frame's file stands: its regular passes are kept in a checkpoint, of `film` if that is at
+  /// hand, else of what is on disk; however often it takes.
+  boost::asio::awaitable<void> settle_frame(JobId id, std::int32_t frame,
+                                            std::shared_ptr<const FilmSnapshot> film);
+  boost::asio::awaitable<bool> try_to_settle(JobId id, std::int32_t frame,
+                                             std::shared_ptr<const FilmSnapshot> film);
+  /// Finished frames whose results are still in the journal after a start.
+  void settle_what_is_left(Job& job, const JobContent& content);
+  /// The job is done: once its frames are settled, results that are left go.
+  boost::asio::awaitable<void> forget_settled(JobId id);
+
+  // ---- room.cpp ----
+  /// Measures the data folder (blocks), and begins to look after it.
+  void begin_house();
+  boost::asio::awaitable<void> keep_house();
+  boost::asio::awaitable<void> collect_blobs();
+  boost::asio::awaitable<void> forget_expired();
+  /// Of jobs that were forgotten in an earlier run; blocks.
+  void remove_forgotten_folders();
+  /// Any thread. `use` as it was; `walk`: also what is kept beside the store.
+  [[nodiscard]] StorageUse look_at_disk(StorageUse use, bool walk) const;
+
   // ---- workers.cpp ----
   void results_durable(std::vector<ArrivedResult> results);
+  void end_arriving(Job& job);
+  void forget_late_results(JobId id);
   void result_invalid(const ArrivedResult& result, const std::string& reason);
   /// Why the scheduler rejects it, in words; counted.
   std::string refuse(const wire::Result& result, const Job* job);
@@ -145,12 +213,15 @@ class CoordinatorImpl : public Coordinator {
   /// far, lets go.
   boost::asio::awaitable<void> abandon_job(JobId id, std::string state, std::string error);
   boost::asio::awaitable<void> keep_pictures(JobId id);
+  /// The film has more samples than the picture of the samples before the job was extended.
+  boost::asio::awaitable<bool> surpasses_its_file(JobId id, std::int32_t frame);
   void fail_job(JobId id, const std::string& reason);
   /// Until the store takes it, or stop(). False for the latter.
   boost::asio::awaitable<bool> save_surely(JobRecord record);
   boost::asio::awaitable<void> keep(JobRecord record);
-  boost::asio::awaitable<void> let_go(JobId id);
-  /// The results of a job that has ended leave the journal. What fails, the next start does again.
+  void let_go(JobId id);
+  /// The results of a job that failed or was cancelled leave the journal, and its checkpoints are
+  /// deleted. What fails, the next start does again.
   boost::asio::awaitable<void> forget_results(JobId id);
 
   /// Runs `work` on a lane's thread, or on the writer's, and resumes with what it returns.
@@ -184,11 +255,17 @@ class CoordinatorImpl : public Coordinator {
   };
   std::map<std::string, Request> requests_;  ///< by idempotency key
   std::string refused_;                      ///< why the disk takes no results
+  StorageUse measured_;
+  std::uint64_t reserve_ = 0;  ///< bytes of the file system
+  bool collect_soon_ = false;  ///< a job needs its blobs no more
   bool holding_ = false;
   bool stopping_ = false;
-  boost::asio::thread_pool pool_;      ///< decodes and folds
-  boost::asio::thread_pool previews_;  ///< one thread: PNG and tiles
-  boost::asio::thread_pool files_;     ///< one thread: EXR of whole frames, files, bundles
+  boost::asio::thread_pool pool_;         ///< decodes and folds
+  boost::asio::thread_pool previews_;     ///< one thread: PNG and tiles
+  boost::asio::thread_pool files_;        ///< one thread: EXR of whole frames, files, bundles
+  boost::asio::thread_pool checkpoints_;  ///< one thread
+  boost::asio::thread_pool upkeep_;       ///< one thread
+  std::atomic<bool> stopped_{false};      ///< for what is long on other threads
   Films films_;
   ResultPipeline results_;
 };

@@ -23,18 +23,26 @@ bool is_end(const std::string& state) {
   return state == "done" || state == "failed" || state == "cancelled";
 }
 
-std::uint64_t final_version(const JobPlan& plan) {
-  return static_cast<std::uint64_t>(plan.tasks_per_frame());
+std::uint64_t final_version(const Job& job) {
+  return job.version_base + static_cast<std::uint64_t>(job.plan->tasks_per_frame());
 }
 
 Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
     : record(std::move(from)),
       plan(std::make_shared<const JobPlan>(plan_of(record))),
       ended(is_end(record.state)) {
+  for (const std::int64_t samples : record.extended_from) {
+    JobSpec before = plan->spec;
+    before.render.samples = samples;
+    const JobPlan earlier(before);
+    earlier_plans.push_back(earlier.digest);
+    version_base += static_cast<std::uint64_t>(earlier.tasks_per_frame()) + 1;
+  }
   if (ended) {
     for (const JobRecord::Share& share : record.shares) shares[share.worker] += share.samples;
     return;
   }
+  earlier_seconds = record.render_seconds;
   // Counted anew from the results that are read back.
   record.rays = 0;
   record.cpu_seconds = 0;
@@ -58,9 +66,9 @@ void Job::count(const std::string& worker, std::int64_t samples, std::int64_t ra
 
 double Job::render_seconds(Instant now, bool leased) const {
   if (ended) return record.render_seconds;
-  if (!first_lease) return 0;
-  if (leased && !ending) return seconds(now - *first_lease);
-  return last_fold ? seconds(*last_fold - *first_lease) : 0;
+  if (!first_lease) return earlier_seconds;
+  if (leased && !ending) return earlier_seconds + seconds(now - *first_lease);
+  return earlier_seconds + (last_fold ? seconds(*last_fold - *first_lease) : 0);
 }
 
 std::int64_t Job::samples_total() const {
@@ -110,6 +118,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.view.priority = record.priority;
   status.view.build = build ? build : status.view.build;
   status.plan = plan;
+  status.frames_done = static_cast<std::uint32_t>(files.size());
   status.created = record.created;
   status.started = record.started;
   status.finished = record.finished;
@@ -121,6 +130,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.rays = record.rays;
   status.rejected_samples = record.rejected_samples;
   status.failures = failures;
+  status.extended_from = record.extended_from;
   for (const JobRecord::Share& share : shares_by_size())
     status.shares.push_back({share.worker, share.samples});
   return status;

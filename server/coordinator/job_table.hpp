@@ -25,8 +25,16 @@ struct Job {
   std::set<std::int32_t> files;                ///< frames whose final EXR is written
   std::optional<Digest> build;                 ///< of the workers that made the results
   std::optional<Instant> first_lease, last_fold;
-  std::uint64_t failures = 0;  ///< attempts at its tasks that gave no result
-  std::string trouble;         ///< why its files cannot be written at present
+  std::uint64_t failures = 0;         ///< attempts at its tasks that gave no result
+  std::string trouble;                ///< why its files cannot be written at present
+  std::vector<Digest> earlier_plans;  ///< before it was extended
+  std::uint64_t version_base = 0;     ///< no frame's version was larger under these
+  double earlier_seconds = 0;         ///< render time under these
+  std::set<std::int32_t> unsettled;  ///< finished frames whose film is not kept as a checkpoint yet
+  std::set<std::int32_t> checkpointing;  ///< frames of which one is being made
+  int arriving = 0;                      ///< results on their way to the journal
+  int at_work = 0;                       ///< coroutines that end or keep something of it
+  bool extending = false;
   bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
   bool ending = false;     ///< the scheduler is done with it; files and state are being written
   bool ended = false;      ///< the end is durable
@@ -52,7 +60,7 @@ struct Job {
 };
 
 /// A frame's version once its file stands: at least any that was told before.
-std::uint64_t final_version(const JobPlan& plan);
+std::uint64_t final_version(const Job& job);
 
 // ---- the data of events: JSON objects ----
 std::string job_event(const JobStatus& status);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/impl.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 /// What people ask of the coordinator.
 namespace tessera::server {
@@ -18,8 +20,12 @@ constexpr Duration repeated_wait = std::chrono::milliseconds(20);
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
-/// Throws Error{conflict} unless the bundle and every blob that it names are here. Blocks.
-void check_assets(const assets::BlobStore& blobs, const Digest& bundle) {
+using Pins = std::vector<std::shared_ptr<assets::BlobStore::Pin>>;
+
+/// Throws Error{conflict} unless the bundle and every blob that it names are here. They stay while
+/// the pins live. Blocks.
+Pins check_assets(assets::BlobStore& blobs, const Digest& bundle) {
+  Pins pins{blobs.pin({bundle})};
   if (!blobs.has(bundle))
     throw Error(ErrorKind::conflict,
                 fmt::format("the bundle {} is not here: upload it first", bundle.hex()),
@@ -27,16 +33,30 @@ void check_assets(const assets::BlobStore& blobs, const Digest& bundle) {
   const assets::Bundle files = assets::bundle_from_json(
       blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
   const std::vector<Digest> named = assets::digests_of(files);
+  pins.push_back(blobs.pin(named));
   const std::vector<Digest> missing = blobs.missing(named);
-  if (missing.empty()) return;
-  for (const auto& [path, file] : files.files)
-    if (file.digest == missing.front())
-      throw Error(
-          ErrorKind::conflict,
-          fmt::format(
-              "{} of the bundle's {} blobs are not here: upload them first; one of them is {} ({})",
-              missing.size(), named.size(), file.digest.hex(), path),
-          {.key = "bundle"});
+  if (missing.empty()) return pins;
+  const auto lacking = std::find_if(files.files.begin(), files.files.end(), [&](const auto& entry) {
+    return entry.second.digest == missing.front();
+  });
+  throw Error(
+      ErrorKind::conflict,
+      fmt::format(
+          "{} of the bundle's {} blobs are not here: upload them first; one of them is {} ({})",
+          missing.size(), named.size(), missing.front().hex(), lacking->first),
+      {.key = "bundle"});
+}
+
+/// Throws Error{too_large} if the film of one frame is more than all films may take.
+void check_film(const JobSpec& spec, std::uint64_t most) {
+  const std::size_t film = film_bytes(std::int64_t{spec.render.width} * spec.render.height);
+  if (film > most)
+    throw Error(
+        ErrorKind::too_large,
+        fmt::format("the film of a frame of {} by {} takes {} bytes of memory, and all films "
+                    "may take {} (tessera-server --film-memory)",
+                    spec.render.width, spec.render.height, film, most),
+        {.key = "render.width"});
 }
 
 /// Throws Error{bad_input} that names the key.
@@ -101,11 +121,12 @@ boost::asio::awaitable<Submitted> CoordinatorImpl::submit_once(JobSpec spec,
 }
 
 boost::asio::awaitable<JobId> CoordinatorImpl::put_job(JobRecord record) {
-  const std::function<char()> look = [this, bundle = record.spec.bundle] {
-    check_assets(blobs_, bundle);
-    return char{};
+  if (const std::string reason = lacks_room(); !reason.empty()) throw NoRoom(reason);
+  check_film(record.spec, settings_.film_memory);
+  const std::function<Pins()> look = [this, bundle = record.spec.bundle] {
+    return check_assets(blobs_, bundle);
   };
-  co_await on<char>(files_, look);
+  const Pins pinned = co_await on<Pins>(files_, look);
   record.priority = record.spec.priority;
   record.created = unix_millis_now();
   const std::function<JobId()> put = [this, record] { return store_->put_job(record); };
@@ -133,6 +154,8 @@ std::optional<JobStatus> CoordinatorImpl::job(JobId id) const {
 
 Job& CoordinatorImpl::live(JobId id) {
   Job& job = known(id);
+  if (job.extending)
+    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
   if (!job.ending && !job.ended) return job;
   const std::string state = status_of(job).view.state;
   throw Error(ErrorKind::conflict,

@@ -42,9 +42,9 @@ boost::asio::awaitable<Picture> CoordinatorImpl::tiles(JobId id, std::int32_t fr
 std::optional<std::uint64_t> CoordinatorImpl::version(JobId id, std::int32_t frame) const {
   const Job* job = find(id);
   if (!job || !job->plan->spec.frames.contains(frame)) return std::nullopt;
-  if (job->files.contains(frame)) return final_version(*job->plan);
+  if (job->files.contains(frame)) return final_version(*job);
   const FrameFilm* film = films_.find(id, frame);
-  return film ? film->version() : 0;
+  return film ? film->version() : job->version_base;
 }
 
 boost::asio::awaitable<Picture> CoordinatorImpl::picture(PictureKey key) {
@@ -82,7 +82,7 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
   Picture picture;
   if (job.files.contains(key.frame)) {
     const std::filesystem::path file = frame_path(settings_.data, key.job, key.frame);
-    picture.version = final_version(*plan);
+    picture.version = final_version(job);
     encode = [key, file, plan, version = picture.version] {
       require_kept(file);
       if (key.form == PictureKey::Form::exr)
@@ -101,7 +101,7 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
       throw Error(ErrorKind::not_found,
                   fmt::format("job {} ended without a picture of frame {}", key.job, key.frame));
     } else {
-      film = Film(plan->grid).snapshot();
+      film = Film(plan->grid, job.version_base).snapshot();
     }
     picture.version = film.version;
     auto shared = std::make_shared<const FilmSnapshot>(std::move(film));

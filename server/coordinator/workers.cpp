@@ -146,7 +146,7 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
                                     std::vector<std::byte> exr) {
   const auto found = workers_.find(worker);
   if (found == workers_.end() || stopping_) return;
-  const Job* job = find(result.job);
+  Job* job = find(result.job);
   const Verdict verdict =
       scheduler_.result_arrived(worker, result.lease, result.job, result.plan, result.task, now());
   if (verdict == Verdict::stale || (verdict == Verdict::take && !job)) {
@@ -170,6 +170,7 @@ void CoordinatorImpl::worker_result(WorkerId worker, wire::Result result,
       ++counters_.rejected.statistics;
       result_invalid(arrived, fault);
     } else {
+      ++job->arriving;
       arrived.budget = in_flight_.take(exr.size());
       arrived.exr = std::make_shared<const std::vector<std::byte>>(std::move(exr));
       results_.arrived(std::move(arrived), expected);
@@ -188,6 +189,17 @@ void CoordinatorImpl::result_invalid(const ArrivedResult& result, const std::str
   hold_or_release();
 }
 
+void CoordinatorImpl::end_arriving(Job& job) {
+  if (--job.arriving == 0 && job.extending) files_changed_.notify();
+}
+
+void CoordinatorImpl::forget_late_results(JobId id) {
+  const Job* job = find(id);
+  if (stopping_ || !job) return;
+  const bool done = job->record.state == "done";
+  crew_.start("late results of an ended job", done ? forget_settled(id) : forget_results(id));
+}
+
 void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
   std::set<JobId> late;
   for (ArrivedResult& result : results) {
@@ -197,18 +209,19 @@ void CoordinatorImpl::results_durable(std::vector<ArrivedResult> results) {
     perform(scheduler_.result_durable(result.worker, info.lease, info.job, info.task, info.samples,
                                       info.seconds, now()));
     Job* job = find(info.job);
+    if (job) end_arriving(*job);
     if (!job || job->ended) {
       late.insert(info.job);
       continue;
     }
     job->count(result.worker_name, info.samples, info.rays, info.rejected, info.cpu_seconds,
                result.worker_build);
-    films_.durable(info.job, job->plan, info.task, result.place, std::move(result.decoded));
+    films_.durable(info.job, job->plan, job->version_base, info.task, result.place,
+                   std::move(result.decoded));
   }
   results.clear();
   // They were being decoded when their job ended, and were appended after its own were removed.
-  for (const JobId id : late)
-    if (!stopping_) crew_.start("late results of an ended job", forget_results(id));
+  for (const JobId id : late) forget_late_results(id);
   films_.flush();
   hold_or_release();
 }

@@ -42,7 +42,15 @@ void Film::restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored) {
   if (!stored || stored->window != grid_.tile(tile) ||
       stored->sums.size() != image::channel_count * stored->pixels())
     throw Error(ErrorKind::failed, "a tile does not fit the film that it was to be put into");
-  slot = {.tile = std::move(stored), .own = nullptr, .version = version_};
+  slot.tile = std::move(stored);
+  slot.own.reset();
+  if (slot.version == 0) slot.version = version_;
+}
+
+void Film::unload(std::uint32_t tile) {
+  Slot& slot = slots_.at(tile);
+  slot.tile.reset();
+  slot.own.reset();
 }
 
 std::shared_ptr<FilmTile> Film::lend(std::uint32_t tile) {

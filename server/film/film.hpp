@@ -50,8 +50,10 @@ class Film {
   /// Puts a tile in, lent or new, that nobody else holds.
   void give_back(std::uint32_t tile, std::shared_ptr<FilmTile> folded);
   /// Puts a tile back that was read from the store. The version stays; the tile counts as changed
-  /// at it.
+  /// at it, or when it was before unload().
   void restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored);
+  /// Lets go of a tile that is not lent: it will be restored. Snapshots keep theirs.
+  void unload(std::uint32_t tile);
 
   [[nodiscard]] FilmSnapshot snapshot();
 

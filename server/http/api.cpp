@@ -38,6 +38,7 @@ unsigned status_of(ErrorKind kind) {
 }
 
 HttpResponse problem_of(const Error& error) {
+  if (dynamic_cast<const NoRoom*>(&error) != nullptr) return problem(507, error.message());
   const unsigned status = status_of(error.kind());
   Json body = {{"title", reason_phrase(status)}, {"status", status}, {"detail", error.message()}};
   const Place& place = error.place();

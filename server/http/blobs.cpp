@@ -53,7 +53,9 @@ HttpFields blob_fields(const std::string& etag) {
           {"Cache-Control", "public, max-age=31536000, immutable"}};
 }
 
-Json lacking(const assets::BlobStore& blobs, const std::vector<Digest>& digests) {
+/// What is here counts as used: whoever asks is about to name it in a job.
+Json lacking(assets::BlobStore& blobs, const std::vector<Digest>& digests) {
+  blobs.touch(digests);
   Json missing = Json::array();
   for (const Digest& digest : blobs.missing(digests)) missing.push_back(digest.hex());
   return missing;

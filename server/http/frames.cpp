@@ -29,19 +29,26 @@ std::string etag_of(const ApiContext& api, std::uint64_t version) {
   return fmt::format("\"{}-{}\"", api.coordinator.epoch(), version);
 }
 
+/// The frames as people write them, cut where that is long.
+std::string excerpt_of(const FrameList& frames) {
+  constexpr std::size_t most = 200;
+  std::string text = text_of(frames);
+  if (text.size() > most) text = text.substr(0, text.rfind(',', most)) + ",…";
+  return text;
+}
+
 FrameOfJob frame_of(const Call& call) {
   FrameOfJob out{job_of(call), 0, {}};
-  const FrameRange& frames = out.status.plan->spec.frames;
+  const FrameList& frames = out.status.plan->spec.frames;
   const auto frame = number_of<std::int32_t>(call.values[1]);
   const auto version = frame && frames.contains(*frame)
                            ? call.api.coordinator.version(out.status.view.id, *frame)
                            : std::nullopt;
   if (!version)
-    throw Error(
-        ErrorKind::not_found,
-        fmt::format("job {} has no frame \"{}\": they go from {} to {} by {}", out.status.view.id,
-                    call.values[1].substr(0, 64), frames.first, frames.last, frames.step),
-        {.key = "frame"});
+    throw Error(ErrorKind::not_found,
+                fmt::format("job {} has no frame \"{}\": it has {}", out.status.view.id,
+                            call.values[1].substr(0, 64), excerpt_of(frames)),
+                {.key = "frame"});
   out.frame = *frame;
   out.etag = etag_of(call.api, *version);
   return out;

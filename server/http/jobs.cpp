@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/job/job_spec.hpp"
 #include "server/http/handlers.hpp"
@@ -15,17 +16,18 @@ namespace tessera::server {
 
 namespace {
 
-constexpr std::size_t pictures_most = 1000;
+constexpr std::uint32_t pictures_most = 1000;
 
 /// The job with what only a look at one job shows.
 Json detailed(const ApiContext& api, const JobStatus& status) {
   Json job = job_object(status);
   job["spec"] = to_json(status.plan->spec);
   Json pictures = Json::array();
-  const FrameRange& frames = status.plan->spec.frames;
-  std::int64_t frame = frames.first;
-  for (std::size_t i = 0; i < pictures_most && frame <= frames.last; ++i, frame += frames.step) {
-    const auto version = api.coordinator.version(status.view.id, static_cast<std::int32_t>(frame));
+  const FrameList& frames = status.plan->spec.frames;
+  const std::uint32_t count = std::min(frames.count(), pictures_most);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::int32_t frame = frames.number(i);
+    const auto version = api.coordinator.version(status.view.id, frame);
     if (version.value_or(0) > 0) pictures.push_back({{"frame", frame}, {"version", *version}});
   }
   job["pictures"] = std::move(pictures);
@@ -59,6 +61,7 @@ std::string idempotency_key_of(const HttpRequest& request) {
 struct Change {
   std::optional<bool> pause;
   JobChange job;
+  std::optional<std::int64_t> samples;
 };
 
 /// The whole body is checked before any of it is done.
@@ -79,11 +82,13 @@ Change change_from(const Json& body) {
     change.job.focus.emplace();  // null takes it away
     if (!focus->is_null()) *change.job.focus = rect_from_json(*focus, in.path_of("focus"));
   }
+  if (in.optional("samples") != nullptr)
+    change.samples = in.integer("samples", 1, limits::samples_max);
   in.finish();
-  if (!change.pause && change.job.empty())
+  if (!change.pause && change.job.empty() && !change.samples)
     throw Error(ErrorKind::bad_input,
-                "expected at least one of \"state\", \"priority\", \"max_workers\" and \"focus\", "
-                "found none");
+                "expected at least one of \"state\", \"priority\", \"max_workers\", \"focus\" and "
+                "\"samples\", found none");
   return change;
 }
 
@@ -124,6 +129,7 @@ HandlerResult change_job(Call& call) {
   const JobId id = status.view.id;
   const Json body = co_await json_body(call);
   const Change change = change_from(body);
+  if (change.samples) co_await call.api.coordinator.extend(id, *change.samples);
   if (!change.job.empty()) co_await call.api.coordinator.change(id, change.job);
   const std::string& state = status.view.state;
   const bool paused = state == "paused";

@@ -89,6 +89,8 @@ std::string_view reason_phrase(unsigned status) {
       return "Unprocessable Content";
     case 431:
       return "Request Header Fields Too Large";
+    case 507:
+      return "Insufficient Storage";
     case 503:
       return "Service Unavailable";
     default:

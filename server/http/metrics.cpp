@@ -118,6 +118,22 @@ void write_counters(Writer& out, const CoordinatorCounters& counters) {
              counters.workers_lost);
 }
 
+void write_storage(Writer& out, const StorageUse& storage) {
+  out.family("storage_bytes", "gauge", "Bytes in the data folder, by what they are.");
+  out.sample(storage.journal, "kind=\"journal\"");
+  out.sample(storage.checkpoints, "kind=\"checkpoints\"");
+  out.sample(storage.blobs, "kind=\"blobs\"");
+  out.sample(storage.pictures, "kind=\"pictures\"");
+  out.single("storage_limit_bytes", "gauge",
+             "Beyond so many of these nothing new is taken; 0: no limit.", storage.disk_most);
+  out.single("storage_free_bytes", "gauge", "Bytes free on the data folder's file system.",
+             storage.disk_free);
+  out.single("film_memory_bytes", "gauge", "Memory of the films of unfinished frames.",
+             storage.films);
+  out.single("film_memory_limit_bytes", "gauge", "The most that they may take.",
+             storage.films_most);
+}
+
 }  // namespace
 
 ProcessUsage process_usage() {
@@ -142,14 +158,15 @@ ProcessUsage process_usage() {
 }
 
 std::string metrics_text(const std::vector<JobStatus>& jobs, const std::vector<WorkerView>& workers,
-                         const CoordinatorCounters& coordinator, const HttpCounters& http,
-                         const ProcessUsage& process) {
+                         const CoordinatorCounters& coordinator, const StorageUse& storage,
+                         const HttpCounters& http, const ProcessUsage& process) {
   Writer out;
   out.family("build_info", "gauge", "The release and commit; always 1.");
   out.sample(1, fmt::format("version=\"{}\",commit=\"{}\"", version(), build_commit()));
   write_jobs(out, jobs);
   write_workers(out, workers);
   write_counters(out, coordinator);
+  write_storage(out, storage);
   out.single("http_requests_total", "counter", "HTTP requests since the start.", http.requests);
   out.single("http_connections_total", "counter", "HTTP connections accepted since the start.",
              http.connections_accepted);

@@ -19,7 +19,7 @@ ProcessUsage process_usage();
 
 /// What /metrics shows: the Prometheus text format, version 0.0.4. Pure.
 std::string metrics_text(const std::vector<JobStatus>& jobs, const std::vector<WorkerView>& workers,
-                         const CoordinatorCounters& coordinator, const HttpCounters& http,
-                         const ProcessUsage& process);
+                         const CoordinatorCounters& coordinator, const StorageUse& storage,
+                         const HttpCounters& http, const ProcessUsage& process);
 
 }  // namespace tessera::server

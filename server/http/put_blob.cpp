@@ -6,6 +6,7 @@
 #include "common/assets/blob_store.hpp"
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "server/coordinator/coordinator.hpp"
 #include "server/http/blob_parts.hpp"
 #include "server/http/handlers.hpp"
 
@@ -131,6 +132,8 @@ HandlerResult put_blob(Call& call) {
 
   BlobState before = co_await blob_state(call.api, digest);
   if (before.size) co_return stored(200, digest, *before.size);
+  if (const std::string reason = call.api.coordinator.lacks_room(); !reason.empty())
+    co_return problem(507, reason);
   const Upload upload = co_await receive(call, digest, offset, most);
   if (upload.gap_at) {
     before = co_await blob_state(call.api, digest);

@@ -33,7 +33,8 @@ constexpr std::array table = {
     Route{"GET", "/v1/jobs/{id}", get_job, user, json,
           "One job: state, progress, time to finish, shares"},
     Route{"PATCH", "/v1/jobs/{id}", change_job, user, json,
-          "Pause, resume, or change priority, most of workers, or focus region"},
+          "Pause, resume, change priority, most of workers or focus region, or go on to more "
+          "samples"},
     Route{"DELETE", "/v1/jobs/{id}", cancel_job, user, json, "Cancel a job"},
     Route{"GET", "/v1/jobs/{id}/failures", list_failures, user, json,
           "The newest attempts at its tasks that gave no result, with their reasons and logs"},

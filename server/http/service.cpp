@@ -33,7 +33,8 @@ HandlerResult show_metrics(Call& call) {
   response.fields = {{"Content-Type", "text/plain; version=0.0.4; charset=utf-8"},
                      {"Cache-Control", "no-store"}};
   response.body = metrics_text(call.api.coordinator.jobs(), call.api.coordinator.workers(),
-                               call.api.coordinator.counters(), call.api.counters, process_usage());
+                               call.api.coordinator.counters(), call.api.coordinator.storage(),
+                               call.api.counters, process_usage());
   co_return response;
 }
 

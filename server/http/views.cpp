@@ -10,11 +10,17 @@ namespace tessera::server {
 namespace {
 Json time_or_null(UnixMillis time) { return time == 0 ? Json() : Json(iso_time(time)); }
 
-Json frames_object(const FrameRange& frames) {
-  return {{"first", frames.first},
-          {"last", frames.last},
-          {"step", frames.step},
-          {"count", frames.count()}};
+/// `step` where they are one range; `ranges` always.
+Json frames_object(const FrameList& frames) {
+  Json ranges = Json::array();
+  for (const FrameRange& range : frames.ranges)
+    ranges.push_back({{"first", range.first}, {"last", range.last}, {"step", range.step}});
+  const bool single = frames.ranges.size() == 1;
+  return {{"first", frames.first()},
+          {"last", single ? frames.ranges.front().last : frames.last()},
+          {"step", single ? Json(frames.ranges.front().step) : Json()},
+          {"count", frames.count()},
+          {"ranges", std::move(ranges)}};
 }
 
 Json shares_array(const JobStatus& status) {
@@ -49,6 +55,7 @@ Json job_object(const JobStatus& status) {
               {"focus", spec.focus ? to_json(*spec.focus) : Json()},
               {"time_limit_seconds", spec.time_limit_seconds},
               {"frames", frames_object(spec.frames)},
+              {"frames_done", status.frames_done},
               {"width", spec.render.width},
               {"height", spec.render.height},
               {"tile", spec.tile},
@@ -77,6 +84,7 @@ Json job_object(const JobStatus& status) {
   job["shares"] = shares_array(status);
   job["error"] = view.error.empty() ? Json() : Json(view.error);
   job["waiting_for"] = view.waiting_for.empty() ? Json() : Json(view.waiting_for);
+  job["extended_from"] = status.extended_from;
   job["bundle"] = spec.bundle.hex();
   job["plan"] = status.plan->digest.hex();
   job["build"] = view.build ? Json(view.build->hex()) : Json();

@@ -38,7 +38,8 @@ struct JobEntry {
   TaskTable tasks;
   BlameTable blame;
   std::optional<Digest> build;  // of its first worker
-  bool granted = false;         // a lease, ever
+  std::set<Digest> earlier_plans;
+  bool granted = false;  // a lease, ever
   std::string error;
 
   TasksOut out;  // what is leased

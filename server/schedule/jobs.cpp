@@ -58,20 +58,39 @@ void Scheduler::State::fail(JobEntry& job, const std::string& reason, Actions& a
   actions.emplace_back(JobFailed{job.id, reason});
 }
 
-Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now) {
-  Actions actions;
-  const auto ahead = static_cast<std::uint32_t>(std::clamp(state_->settings.passes_ahead, 1, 32));
-  const auto [entry, fresh] = state_->jobs.try_emplace(job, job, std::move(plan), ahead);
-  if (!fresh) return actions;
+JobEntry* Scheduler::State::add(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                                const std::vector<Digest>& earlier) {
+  const auto ahead = static_cast<std::uint32_t>(std::clamp(settings.passes_ahead, 1, 32));
+  const auto [entry, fresh] = jobs.try_emplace(job, job, std::move(plan), ahead);
+  if (!fresh) return nullptr;
   entry->second.progress_mark = now;
   if (entry->second.limited()) {
     entry->second.tasks.offer_passes(1);
-    state_->limited.insert(job);
+    limited.insert(job);
   }
-  state_->order.push_back(&entry->second);
-  state_->sort_order();
-  state_->level(entry->second);
+  entry->second.earlier_plans = {earlier.begin(), earlier.end()};
+  order.push_back(&entry->second);
+  sort_order();
+  level(entry->second);
+  return &entry->second;
+}
+
+Actions Scheduler::add_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                           const std::vector<Digest>& earlier) {
+  Actions actions;
+  if (state_->add(job, std::move(plan), now, earlier) == nullptr) return actions;
   state_->work_appeared = true;
+  state_->settle(now, actions);
+  return actions;
+}
+
+Actions Scheduler::replace_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                               const std::vector<Digest>& earlier) {
+  Actions actions;
+  if (JobEntry* before = state_->live_job(job))
+    state_->end_job(*before, JobEntry::State::cancelled, "the job was extended", actions);
+  state_->jobs.erase(job);
+  state_->add(job, std::move(plan), now, earlier)->state = JobEntry::State::paused;
   state_->settle(now, actions);
   return actions;
 }

@@ -13,6 +13,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   if (entry == nullptr) return Verdict::stale;
   entry->heard = now;
   if (owner == nullptr) return Verdict::stale;
+  if (owner->earlier_plans.contains(plan)) return Verdict::stale;
   if (plan != owner->plan().digest || !owner->plan().contains(task) ||
       !state_->numbers.granted(lease, entry->info.identity, job, task)) {
     state_->offend(*entry);

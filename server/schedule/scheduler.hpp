@@ -66,8 +66,15 @@ class Scheduler {
   Scheduler& operator=(const Scheduler&) = delete;
 
   // ---- jobs ----
-  /// A new job, or one read back after a start.
-  Actions add_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now);
+  /// A new job, or one read back after a start. `earlier`: digests of plans that it had before it
+  /// was extended; results of these are stale and nobody's fault.
+  Actions add_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                  const std::vector<Digest>& earlier = {});
+  /// The same for a job that is read back while workers are here: paused, so that nothing is handed
+  /// out before restore_closed and tile_folded have said what there is. What was known of it is
+  /// forgotten; its leases are revoked. Then resume_job.
+  Actions replace_job(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                      const std::vector<Digest>& earlier);
   /// After a start, before workers join: this task's result is durable (in the journal); not yet
   /// folded. A tile's passes come in ascending order. Then tile_folded as the film is read back.
   void restore_closed(JobId job, const TaskId& task);

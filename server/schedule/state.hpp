@@ -179,6 +179,9 @@ struct Scheduler::State {
   [[nodiscard]] std::string waiting_for(const JobEntry& job) const;
 
   // ---- jobs.cpp ----
+  /// nullptr if there is one already.
+  JobEntry* add(JobId job, std::shared_ptr<const JobPlan> plan, Instant now,
+                const std::vector<Digest>& earlier);
   void sort_order();
   /// A job that comes, comes back or changes its weight is owed nothing.
   void level(JobEntry& job);

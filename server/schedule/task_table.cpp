@@ -17,13 +17,11 @@ TaskTable::TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_a
 }
 
 std::uint32_t TaskTable::index_of(std::int32_t frame) const {
-  const FrameRange& range = plan_->spec.frames;
-  return static_cast<std::uint32_t>((std::int64_t{frame} - range.first) / range.step);
+  return plan_->spec.frames.index(frame);
 }
 
 std::int32_t TaskTable::number_of(std::uint32_t index) const {
-  const FrameRange& range = plan_->spec.frames;
-  return static_cast<std::int32_t>(range.first + std::int64_t{index} * range.step);
+  return plan_->spec.frames.number(index);
 }
 
 FrameTasks& TaskTable::begun(std::uint32_t index) {

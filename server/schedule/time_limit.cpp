@@ -31,7 +31,7 @@ void Scheduler::State::cut(JobEntry& job, Actions& actions) {
   job.cut = true;
   limited.erase(job.id);
   const TaskTable::Folded what = job.tasks.cut(job.tasks.offered());
-  finished(job, job.plan().spec.frames.first, what, actions);
+  finished(job, job.plan().spec.frames.first(), what, actions);
 }
 
 bool Scheduler::State::offer_passes(Instant now, Actions& actions) {

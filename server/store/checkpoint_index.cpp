@@ -149,6 +149,13 @@ void Index::extend_job(const JobRecord& record, std::uint32_t passes) {
   transaction.commit();
 }
 
+void Index::forget_job(JobId job) {
+  Transaction transaction(writer_);
+  writer_.prepare("DELETE FROM failures WHERE job = ?1").run(job);
+  writer_.prepare("DELETE FROM jobs WHERE id = ?1").run(job);
+  transaction.commit();
+}
+
 void Index::delete_checkpoints(JobId job) {
   for (const char* table : {"checkpoints", "checkpoint_tiles", "tallies"})
     writer_.prepare(fmt::format("DELETE FROM {} WHERE job = ?1", table)).run(job);

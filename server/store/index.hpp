@@ -59,6 +59,7 @@ class Index {
   [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
   /// In one transaction: the record, its spec too; results from pass `passes` on are gone.
   void extend_job(const JobRecord& record, std::uint32_t passes);
+  void forget_job(JobId job);
 
  private:
   void drop_unused_segments(JobId job);

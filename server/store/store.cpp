@@ -186,6 +186,11 @@ void Store::end_job(JobId job) {
   state_->remove_dead_segments();
 }
 
+void Store::forget_job(JobId job) {
+  end_job(job);
+  state_->index.forget_job(job);
+}
+
 std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_t frame) const {
   return state_->checkpoints.begin(job, frame);
 }

@@ -58,6 +58,8 @@ class Store {
   /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
   /// more. Throws Error{not_found}.
   void extend_job(const JobRecord& record, std::uint32_t passes);
+  /// Nothing of the job is left. Its number is not given again.
+  void forget_job(JobId job);
   /// All jobs by id.
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 

@@ -97,7 +97,9 @@ function showFrames(job) {
   const frames = Math.min(job.frames.count, 1000);
   if (select.options.length !== frames) {
     select.replaceChildren();
-    for (let i = 0; i < frames; ++i) select.append(new Option(job.frames.first + i * job.frames.step));
+    for (const { first, last, step } of job.frames.ranges)
+      for (let number = first; number <= last && select.options.length < frames; number += step)
+        select.append(new Option(number));
   }
   select.value = chosen.frame;
 }

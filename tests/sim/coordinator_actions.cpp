@@ -131,8 +131,9 @@ std::optional<TaskId> Coordinator::waits(JobId id, bool plain) const {
   const Disk::Job& job = world_.disk.jobs.at(id);
   if (!job.ended.empty() || paused_.contains(id) || !scheduler_->job(id, world_.events.now()))
     return std::nullopt;
-  const FrameRange& frames = job.plan->spec.frames;
-  for (std::int32_t frame = frames.first; frames.contains(frame); frame += frames.step) {
+  const FrameList& frames = job.plan->spec.frames;
+  for (std::uint32_t index = 0; index < frames.count(); ++index) {
+    const std::int32_t frame = frames.number(index);
     for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile) {
       TaskId task{frame, tile, folded(id, {frame, tile, 0})};
       const std::uint32_t end = std::min(task.pass + 3, job.plan->passes.count());

@@ -41,8 +41,9 @@ void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture
     require(!job.ended.empty(), fmt::format("job {} has come to an end", id));
     require(job.ended != "failed", fmt::format("job {} did not fail", id));
     if (job.ended != "done") continue;
-    const FrameRange& frames = job.plan->spec.frames;
-    for (std::int32_t frame = frames.first; frames.contains(frame); frame += frames.step) {
+    const FrameList& frames = job.plan->spec.frames;
+    for (std::uint32_t index = 0; index < frames.count(); ++index) {
+      const std::int32_t frame = frames.number(index);
       const std::vector<server::FilmTile> tiles = read(id, frame);
       require(tiles.size() == job.plan->grid.count(),
               fmt::format("job {} frame {} has a whole picture", id, frame));

@@ -26,7 +26,7 @@ TEST(JobOptions, what_is_not_given_is_the_scenes) {
   EXPECT_EQ(spec.render, scene_of().render);
   EXPECT_EQ(spec.camera, "");
   EXPECT_EQ(spec.tile, JobSpec{}.tile);
-  EXPECT_EQ(spec.frames, FrameRange{});
+  EXPECT_EQ(spec.frames, FrameList{});
 }
 
 TEST(JobOptions, a_focus_is_a_geometry) {

@@ -172,7 +172,7 @@ TEST_F(ApiTest, AFocusIsSetMovedAndTakenAwayAndSoIsTheMostOfWorkers) {
 
 TEST_F(ApiTest, AChangeThatIsWrongInOnePartChangesNothing) {
   coordinator.add(1);
-  for (const char* body : {R"({"priority":5,"state":"done"})", R"({"priority":5,"samples":9})",
+  for (const char* body : {R"({"priority":5,"state":"done"})", R"({"priority":5,"sample":9})",
                            R"({"priority":101})", R"({"max_workers":-1})", R"({"focus":{"x":1}})",
                            R"({"focus":{"x":0,"y":0,"width":99999,"height":1}})", "{}", "[]"})
     EXPECT_EQ(ask("PATCH", "/v1/jobs/1", body).status, 400U) << body;

@@ -67,6 +67,7 @@ class FakeCoordinator : public Coordinator {
   bool stopped = false;
 
   boost::asio::awaitable<JobId> submit(JobSpec job) override {
+    if (!full.empty()) throw NoRoom(full);
     calls.push_back("submit " + job.name);
     if (job.name == "lacking")
       throw Error(ErrorKind::conflict, "the bundle is not in the blob store", {.key = "bundle"});
@@ -119,6 +120,15 @@ class FakeCoordinator : public Coordinator {
     status.plan = std::make_shared<const JobPlan>(spec);
     co_return;
   }
+  boost::asio::awaitable<void> extend(JobId id, std::int64_t samples) override {
+    calls.push_back("extend " + std::to_string(samples));
+    known.at(id).view.state = "queued";
+    co_return;
+  }
+  std::string full;  ///< why nothing new is taken
+  [[nodiscard]] std::string lacks_room() const override { return full; }
+  StorageUse stored;
+  [[nodiscard]] StorageUse storage() const override { return stored; }
 
   boost::asio::awaitable<Picture> exr(JobId id, std::int32_t frame) override {
     co_return picture("exr", id, frame, "");

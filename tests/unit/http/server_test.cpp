@@ -16,6 +16,7 @@
 #include "common/base/random.hpp"
 #include "common/net/http_client.hpp"
 #include "server/options.hpp"
+#include "server/quantities.hpp"
 
 namespace tessera::server {
 namespace {
@@ -31,6 +32,33 @@ std::string refusal(const ServerSettings& settings) {
     return error.what();
   }
 }
+
+TEST(Quantities, SizesAreReadAsPeopleWriteThem) {
+  EXPECT_EQ(size_from("4096", "--x"), 4096U);
+  EXPECT_EQ(size_from("512M", "--x"), 512U << 20);
+  EXPECT_EQ(size_from("2GiB", "--x"), std::uint64_t{2} << 30);
+  EXPECT_EQ(size_from("1.5KB", "--x"), 1536U);
+  for (const char* text : {"", "0", "-1", "G", "4X", "4GG", "4 G", "1e30T", "nan"}) {
+    try {
+      static_cast<void>(size_from(text, "--disk-limit"));
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("--disk-limit"));
+    }
+  }
+}
+
+TEST(Quantities, TimesAreReadAsPeopleWriteThem) {
+  EXPECT_EQ(time_from("90s", "--x"), std::optional<Duration>(std::chrono::seconds(90)));
+  EXPECT_EQ(time_from("1.5h", "--x"), std::optional<Duration>(std::chrono::minutes(90)));
+  EXPECT_EQ(time_from("30d", "--x"), std::optional<Duration>(std::chrono::hours(720)));
+  EXPECT_EQ(time_from("2w", "--x"), std::optional<Duration>(std::chrono::hours(336)));
+  EXPECT_EQ(time_from("forever", "--x"), std::nullopt);
+  for (const char* text : {"", "7", "d", "-1d", "7 d", "7dd", "1e30w", "never"})
+    EXPECT_THROW(static_cast<void>(time_from(text, "--keep-jobs")), Error) << text;
+}
+
+TEST(Quantities, MachineHasMemory) { EXPECT_GT(machine_memory(), std::uint64_t{64} << 20); }
 
 TEST(ServerSettings, LoopbackNeedsNeitherTokenNorLeave) {
   ServerSettings settings;

@@ -51,7 +51,7 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
   EXPECT_EQ(job_spec_from_json(to_json(spec)), spec);
   spec.priority = -7;
   spec.camera = "side";
-  spec.frames = {.first = -3, .last = 9, .step = 4};
+  spec.frames = FrameRange{.first = -3, .last = 9, .step = 4};
   spec.render = {.width = 1,
                  .height = 65536,
                  .samples = 1 << 24,
@@ -69,7 +69,7 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
   spec.max_workers = 9;
   spec.order = TileOrder::center;
   spec.focus = Rect{.x = 0, .y = 65535, .width = 1, .height = 1};
-  spec.frames = {.first = -3, .last = -3, .step = 4};
+  spec.frames = FrameRange{.first = -3, .last = -3, .step = 4};
   spec.time_limit_seconds = 90.5;
   EXPECT_EQ(job_spec_from_json(parse_json(to_json(spec).dump(), "job")), spec);
 }
@@ -84,7 +84,7 @@ TEST(JobSpec, refuses_an_order_a_focus_or_a_time_limit_that_cannot_be) {
               HasSubstr("time_limit_seconds"));
   EXPECT_THAT(refusal([](JobSpec& spec) {
                 spec.time_limit_seconds = 1;
-                spec.frames.last = 2;
+                spec.frames = {1, 2, 1};
               }),
               HasSubstr("one frame"));
   nlohmann::json json = to_json(some_spec());
@@ -184,7 +184,8 @@ TEST(JobSpec, of_more_pixels_or_tasks_than_a_job_may_have_is_refused) {
               }),
               HasSubstr("tile: 268435456 tiles"));
   EXPECT_THAT(
-      refusal([](JobSpec& spec) { spec.frames = {.first = 0, .last = 999'999, .step = 1}; }),
+      refusal(
+          [](JobSpec& spec) { spec.frames = FrameRange{.first = 0, .last = 999'999, .step = 1}; }),
       HasSubstr("12 tiles, about 6 passes and 1000000 frames are more than the 67108864 tasks"));
 }
 
@@ -195,13 +196,15 @@ TEST(JobSpec, that_JSON_could_not_hold_is_refused_all_the_same) {
   EXPECT_THAT(refusal([](JobSpec& spec) { spec.render.filter_width = std::nan(""); }),
               HasSubstr("render.filter_width: "));
   EXPECT_THAT(refusal([](JobSpec& spec) {
-                spec.frames = {.first = INT32_MIN, .last = INT32_MAX, .step = 1};
+                spec.frames = FrameRange{.first = INT32_MIN, .last = INT32_MAX, .step = 1};
               }),
               HasSubstr("frames.first: "));
-  EXPECT_THAT(refusal([](JobSpec& spec) { spec.frames = {.first = 2, .last = 1, .step = 1}; }),
-              HasSubstr("frames: "));
-  EXPECT_THAT(refusal([](JobSpec& spec) { spec.frames = {.first = 1, .last = 2, .step = 0}; }),
-              HasSubstr("frames: "));
+  EXPECT_THAT(
+      refusal([](JobSpec& spec) { spec.frames = FrameRange{.first = 2, .last = 1, .step = 1}; }),
+      HasSubstr("frames: "));
+  EXPECT_THAT(
+      refusal([](JobSpec& spec) { spec.frames = FrameRange{.first = 1, .last = 2, .step = 0}; }),
+      HasSubstr("frames: "));
   EXPECT_THAT(refusal([](JobSpec& spec) { spec.name = "\xff"; }), HasSubstr("name: "));
   EXPECT_THAT(refusal([](JobSpec& spec) { spec.camera = "\xff"; }), HasSubstr("camera: "));
   EXPECT_THAT(refusal([](JobSpec& spec) { spec.render.samples = 1'000'000'000; }),
@@ -218,7 +221,7 @@ TEST(FrameRange, has_every_step_from_first_to_last) {
 TEST(JobPlan, knows_its_tasks) {
   JobSpec spec = some_spec();
   spec.render.samples = 100;
-  spec.frames = {.first = 1, .last = 3, .step = 2};
+  spec.frames = FrameRange{.first = 1, .last = 3, .step = 2};
   const JobPlan plan(spec);
   EXPECT_EQ(plan.tasks_per_frame(), 12 * 5);
   EXPECT_EQ(plan.tasks(), 2 * 12 * 5);

@@ -58,6 +58,11 @@ class Farm {
     settings.data = data;
     settings.durable = false;
     settings.in_flight = in_flight;
+    settings.film_memory = film_memory;
+    settings.keep_jobs = keep_jobs;
+    settings.blob_grace = blob_grace;
+    settings.upkeep = upkeep;
+    settings.disk_limit = disk_limit;
     coordinator = Coordinator::open(io->get_executor(), settings);
     SessionSettings sessions = session_settings;
     sessions.port = 0;
@@ -136,6 +141,10 @@ class Farm {
 
   SessionSettings session_settings;
   std::size_t in_flight = 256 * limits::MiB;
+  std::uint64_t film_memory = 256 * limits::MiB;
+  std::optional<Duration> keep_jobs;
+  Duration blob_grace = std::chrono::hours(24), upkeep = std::chrono::seconds(5);
+  std::uint64_t disk_limit = 0;
   std::filesystem::path data;
   std::unique_ptr<boost::asio::io_context> io;
   std::unique_ptr<Coordinator> coordinator;

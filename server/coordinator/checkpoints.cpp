@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/impl.hpp"
+#include "server/coordinator/job_content.hpp"
+#include "server/film/film_tile_bytes.hpp"
+
+/// Checkpoints: what has been folded of a frame leaves the journal for a film that is kept whole.
+namespace tessera::server {
+
+namespace {
+
+constexpr Duration retry_first = std::chrono::milliseconds(100);
+constexpr Duration retry_most = std::chrono::seconds(10);
+
+}  // namespace
+
+bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film) {
+  constexpr std::uint64_t films = 2;
+  return journal > films * film;
+}
+
+void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
+  Job* job = find(id);
+  const FrameFilm* film = films_.find(id, frame);
+  if (!job || !film || stopping_ || job->ending || job->extending) return;
+  if (job->checkpointing.contains(frame)) return;
+  const std::size_t whole =
+      film_bytes(std::int64_t{job->plan->grid.film_width()} * job->plan->grid.film_height());
+  if (!worth_a_checkpoint(film->journal_bytes(), whole)) return;
+  job->checkpointing.insert(frame);
+  crew_.start("a film's checkpoint", compact(id, frame));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::compact(JobId id, std::int32_t frame) {
+  const AtWork working(known(id), files_changed_);
+  films_.hold(id, frame, true);
+  bool failed = false;
+  try {
+    co_await make_checkpoint(id, frame);
+  } catch (const std::exception& error) {
+    failed = true;
+    if (!crew_.stopping())
+      log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
+  }
+  // The results stay; the next folds try again.
+  if (failed && !known(id).ending) co_await crew_.pause(retry_most);
+  films_.hold(id, frame, false);
+  known(id).checkpointing.erase(frame);
+  files_changed_.notify();
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::make_checkpoint(JobId id, std::int32_t frame) {
+  FilmSnapshot film = co_await films_.snapshot(id, frame);
+  const std::uint32_t regular = known(id).plan->passes.regular();
+  const bool ends = std::any_of(film.tiles.begin(), film.tiles.end(),
+                                [&](const auto& tile) { return tile && tile->passes > regular; });
+  if (ends) co_return;  // its last pass has begun: it is kept when the frame is finished
+  auto shared = std::make_shared<const FilmSnapshot>(std::move(film));
+  const std::function<Checkpoint()> write = [this, id, frame, shared] {
+    return write_checkpoint(*store_, id, frame, *shared);
+  };
+  const Checkpoint made = co_await on<Checkpoint>(checkpoints_, write);
+  co_await put_checkpoint(made);
+  films_.checkpointed(made);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
+  const std::function<char()> put = [this, made] {
+    store_->put_checkpoint(made);
+    return char{};
+  };
+  co_await on_writer<char>(put);
+  log::debug("job {} frame {}: a checkpoint of {} bytes", made.job, made.frame, made.bytes);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
+    JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
+  const AtWork working(known(id), files_changed_);
+  while (known(id).checkpointing.contains(frame)) co_await files_changed_.wait();
+  known(id).checkpointing.insert(frame);
+  Duration wait = retry_first;
+  const auto wanted = [&] {
+    const std::string& state = known(id).record.state;
+    return !crew_.stopping() && (!is_end(state) || state == "done");
+  };
+  while (wanted() && !co_await try_to_settle(id, frame, film)) {
+    co_await crew_.pause(wait);
+    wait = std::min(2 * wait, retry_most);
+  }
+  Job& job = known(id);
+  job.checkpointing.erase(frame);
+  job.unsettled.erase(frame);
+  files_changed_.notify();
+}
+
+boost::asio::awaitable<bool> CoordinatorImpl::try_to_settle(
+    JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
+  SettleInput input;
+  input.job = id;
+  input.frame = frame;
+  input.plan = known(id).plan;
+  const auto unreadable = std::make_shared<bool>(false);
+  const std::function<std::optional<Checkpoint>()> make = [this, input, film, unreadable] {
+    if (film) return std::optional(write_checkpoint(*store_, input.job, input.frame, *film));
+    return settle(
+        *store_, input, [this] { return stopped_.load(); }, *unreadable);
+  };
+  try {
+    const auto made = co_await on<std::optional<Checkpoint>>(checkpoints_, make);
+    if (made) co_await put_checkpoint(*made);
+  } catch (const std::exception& error) {
+    if (crew_.stopping()) co_return false;
+    log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
+    // The picture is written. Should samples be added, they are all rendered anew.
+    co_return *unreadable;
+  }
+  co_return true;
+}
+
+void CoordinatorImpl::settle_what_is_left(Job& job, const JobContent& content) {
+  const std::uint32_t regular = job.plan->passes.regular();
+  for (const auto& [task, place] : content.results)
+    if (task.pass < regular && job.files.contains(task.frame)) job.unsettled.insert(task.frame);
+  for (const std::int32_t frame : job.unsettled)
+    crew_.start("a frame's checkpoint", settle_frame(job.record.id, frame, nullptr));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::forget_settled(JobId id) {
+  const AtWork working(known(id), files_changed_);
+  while (!known(id).unsettled.empty() && !crew_.stopping()) co_await files_changed_.wait();
+  const Job& job = known(id);
+  if (!job.unsettled.empty()) co_return;       // the next start goes on
+  if (!job.ended || job.extending) co_return;  // what is left is part of what it goes on with
+  const std::function<char()> forget = [this, id] {
+    store_->forget_results(id);
+    return char{};
+  };
+  try {
+    co_await on_writer<char>(forget);
+  } catch (const std::exception& error) {
+    log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+  }
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+
+#include "common/base/error.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/frame_file.hpp"
+#include "server/coordinator/impl.hpp"
+#include "server/coordinator/job_content.hpp"
+
+/// More samples for a job that is under way or done.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+/// The record as it is to go on with more samples.
+JobRecord extended(const Job& job, std::int64_t samples) {
+  JobRecord record = job.record;
+  record.extended_from.push_back(record.spec.render.samples);
+  record.spec.render.samples = samples;
+  record.spec.time_limit_seconds = 0;  // who names the samples wants them all
+  if (!is_end(record.state)) return record;
+  record.state = "queued";
+  record.started = record.finished = 0;  // its render time so far stays, and counts
+  return record;
+}
+
+}  // namespace
+
+void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) const {
+  const JobId id = job.record.id;
+  const std::string state = status_of(job).view.state;
+  if (state == "failed" || state == "cancelled" || job.broken)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} has {}: only one that is done or under way can be extended", id,
+                            state == "cancelled" ? "been cancelled" : "failed"));
+  if (job.extending)
+    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
+  const std::int64_t present = job.plan->spec.render.samples;
+  if (samples <= present)
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected more samples than the {} that job {} has, found {}", present,
+                            id, samples),
+                {.key = "samples"});
+  JobSpec spec = job.plan->spec;
+  spec.render.samples = samples;
+  check(spec);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samples) {
+  check_extension(known(id), samples);
+  known(id).extending = true;
+  std::exception_ptr error;
+  try {
+    co_await extend_checked(id, samples);
+  } catch (const std::exception&) {
+    error = std::current_exception();
+  }
+  known(id).extending = false;
+  files_changed_.notify();
+  if (error) std::rethrow_exception(error);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int64_t samples) {
+  // What is on its way ends first: nothing of the old plan must reach the store after the new one.
+  if (!known(id).ending) perform(scheduler_.cancel_job(id, now()));
+  const auto busy = [&] {
+    const Job& job = known(id);
+    return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended);
+  };
+  while (busy() && !stopping_) co_await files_changed_.wait();
+  if (stopping_) throw Error(ErrorKind::failed, "the coordinator stops");
+  const Job& job = known(id);
+  const bool over = is_end(job.record.state) && job.record.state != "done";
+  JobRecord record = job.record;
+  std::exception_ptr error;
+  if (!over) {
+    const std::function<JobRecord()> change = [this, record = extended(job, samples),
+                                               passes = job.plan->passes.regular()] {
+      store_->extend_job(record, passes);
+      return record;
+    };
+    try {
+      record = co_await on_writer<JobRecord>(change);
+    } catch (const std::exception&) {
+      error = std::current_exception();
+    }
+  }
+  if (error && job.ended) std::rethrow_exception(error);  // it stays as it is
+  if (over)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} has ended meanwhile: {}", id, record.state));
+  co_await reopen(std::move(record));
+  if (error) std::rethrow_exception(error);
+  log::info("job {} goes on to {} samples", id, samples);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::reopen(JobRecord record) {
+  const JobId id = record.id;
+  const std::function<JobContent()> read = [this, id] { return read_job(*store_, id); };
+  const JobContent content = co_await on<JobContent>(checkpoints_, read);
+  tell_frames(frame_news_.forget(id));
+  films_.forget(id);
+  pictures_.forget(id);
+  Job& job = known(id);
+  const std::set<std::int32_t> files = job.files;
+  const std::uint64_t failures = job.failures;
+  const bool same_plan = record.extended_from == job.record.extended_from;
+  job = Job(record, now(), unix_millis_now());
+  job.extending = true;
+  job.failures = failures;
+  if (same_plan) job.files = files;
+  for (auto& [worker, entry] : workers_) entry.told.erase(id);
+  perform(scheduler_.replace_job(id, job.plan, now(), job.earlier_plans));
+  take_in(job, content);
+  if (job.record.state != "paused") perform(scheduler_.resume_job(id, now()));
+  tell_job(id);
+}
+
+}  // namespace tessera::server

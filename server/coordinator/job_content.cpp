@@ -1,0 +1,113 @@
+#include "server/coordinator/job_content.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <tuple>
+
+#include "common/base/error.hpp"
+#include "server/coordinator/frame_film.hpp"
+#include "server/film/film_tile_bytes.hpp"
+
+namespace tessera::server {
+
+JobContent read_job(const Store& store, JobId job) {
+  JobContent content;
+  content.checkpoints = store.checkpoints_of(job);
+  content.tallies = store.tallies_of(job);
+  using Key = std::tuple<std::string, std::string, Digest>;
+  std::map<Key, Tally> live;
+  store.results_of(job, [&](const IndexedResult& result) {
+    content.results.emplace_back(result.task, result.place);
+    Tally& tally = live[{result.worker_name, result.identity, result.worker_build}];
+    tally.worker_name = result.worker_name;
+    tally.worker_build = result.worker_build;
+    tally.samples += result.samples;
+    tally.rays += result.rays;
+    tally.rejected += result.rejected;
+    tally.cpu_seconds += result.cpu_seconds;
+  });
+  for (auto& [key, tally] : live) content.tallies.push_back(std::move(tally));
+  return content;
+}
+
+namespace {
+
+/// What is kept of one finished frame's regular passes.
+class KeptFrame {
+ public:
+  KeptFrame(const Store& store, const SettleInput& of) : store_(store), of_(of) {
+    if (const auto before = store.checkpoint_of(of.job, of.frame))
+      for (const CheckpointTile& tile : before->tiles)
+        checkpointed_[tile.tile] = {tile.passes,
+                                    CheckpointPlace{before->number, tile.offset, tile.length}};
+    store.results_of(of.job, of.frame, [&](const IndexedResult& result) {
+      if (result.task.pass < of.plan->passes.regular())
+        results_[{result.task.tile, result.task.pass}] = result.place;
+    });
+  }
+
+  /// There is no result that a checkpoint of all regular passes would take the place of.
+  [[nodiscard]] bool whole() const {
+    if (!results_.empty() || checkpointed_.size() != of_.plan->grid.count()) return false;
+    for (const auto& [tile, held] : checkpointed_)
+      if (held.first < of_.plan->passes.regular()) return false;
+    return true;
+  }
+
+  [[nodiscard]] FilmTile tile(std::uint32_t index) const {
+    const JobPlan& plan = *of_.plan;
+    const Rect window = plan.grid.tile(index);
+    const auto held = checkpointed_.find(index);
+    FilmTile sums = held == checkpointed_.end()
+                        ? empty_film_tile(window)
+                        : film_tile_from(store_.read_checkpoint(held->second.second), window);
+    while (sums.passes < plan.passes.regular()) {
+      const TaskId task{of_.frame, index, sums.passes};
+      const auto place = results_.find({index, sums.passes});
+      if (place == results_.end())
+        throw Error(ErrorKind::failed, fmt::format("{} is not kept", text_of(task)));
+      auto exr =
+          std::make_shared<const std::vector<std::byte>>(store_.read_result(place->second).exr);
+      fold(sums, decode(std::move(exr), expectation_of(plan, task)).pixels);
+    }
+    return sums;
+  }
+
+ private:
+  const Store& store_;
+  const SettleInput& of_;
+  std::map<std::uint32_t, std::pair<std::uint32_t, CheckpointPlace>> checkpointed_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, ResultPlace> results_;
+};
+
+}  // namespace
+
+std::optional<Checkpoint> settle(const Store& store, const SettleInput& input,
+                                 const std::function<bool()>& stopped, bool& unreadable) {
+  const KeptFrame kept(store, input);
+  if (kept.whole()) return std::nullopt;
+  const auto writer = store.begin_checkpoint(input.job, input.frame);
+  for (std::uint32_t index = 0; index < input.plan->grid.count(); ++index) {
+    if (stopped()) throw Error(ErrorKind::failed, "the coordinator stops");
+    FilmTile sums;
+    try {
+      sums = kept.tile(index);
+    } catch (const Error&) {
+      unreadable = true;
+      throw;
+    }
+    writer->append(index, sums.passes, bytes_of(sums));
+  }
+  return writer->finish();
+}
+
+Checkpoint write_checkpoint(const Store& store, JobId job, std::int32_t frame,
+                            const FilmSnapshot& film) {
+  const auto writer = store.begin_checkpoint(job, frame);
+  for (std::uint32_t index = 0; index < film.tiles.size(); ++index)
+    if (const auto& tile = film.tiles[index]) writer->append(index, tile->passes, bytes_of(*tile));
+  return writer->finish();
+}
+
+}  // namespace tessera::server

@@ -1,0 +1,101 @@
+#include <map>
+
+#include "common/base/log.hpp"
+#include "server/coordinator/frame_file.hpp"
+#include "server/coordinator/impl.hpp"
+
+/// After a start, and for a job that is extended: what the store holds is given to scheduler and
+/// films.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+void CoordinatorImpl::restore() {
+  for (const JobRecord& record : store_->list_jobs()) restore_job(record);
+  forget_results_of_ended();
+  remove_forgotten_folders();
+  for (const auto& [id, count] : store_->failure_counts())
+    if (Job* job = find(id)) job->failures = count;
+  if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
+}
+
+void CoordinatorImpl::forget_results_of_ended() {
+  for (const JobId id : store_->jobs_with_results()) {
+    Job* job = find(id);
+    if (job && !job->ended) continue;
+    try {
+      if (job && job->record.state == "done") {
+        settle_what_is_left(*job, read_job(*store_, id));
+        crew_.start("a done job's results", forget_settled(id));
+      } else {
+        store_->end_job(id);
+      }
+    } catch (const std::exception& error) {
+      log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+    }
+  }
+}
+
+void CoordinatorImpl::restore_job(const JobRecord& record) {
+  Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
+  job.files = frames_on_disk(settings_.data, record.id);
+  if (!record.idempotency_key.empty())
+    requests_[record.idempotency_key] = {record.id, record.idempotency_fingerprint};
+  if (job.ended) return;
+  if (settings_.durable) settle_frames(settings_.data, record.id);
+  // Files of the plan before are pictures no longer.
+  if (!record.extended_from.empty())
+    std::erase_if(job.files, [&](std::int32_t frame) {
+      return samples_of_file(frame_path(settings_.data, record.id, frame)) !=
+             job.plan->spec.render.samples;
+    });
+  perform(scheduler_.add_job(record.id, job.plan, now(), job.earlier_plans));
+  if (job.first_lease) scheduler_.restore_started(record.id, *job.first_lease);
+  const JobContent content = read_job(*store_, record.id);
+  take_in(job, content);
+  settle_what_is_left(job, content);
+  if (record.state == "paused") perform(scheduler_.pause_job(record.id, now()));
+}
+
+void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
+  const JobId id = job.record.id;
+  for (const Tally& tally : content.tallies)
+    job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
+              tally.worker_build);
+  std::map<std::int32_t, FrameFilm*> films;
+  const auto film_of = [&](std::int32_t frame) -> FrameFilm& {
+    FrameFilm*& film = films[frame];
+    if (!film) film = &films_.open(id, job.plan, frame, job.version_base);
+    return *film;
+  };
+  for (const Checkpoint& checkpoint : content.checkpoints) {
+    if (job.files.contains(checkpoint.frame)) continue;
+    for (const CheckpointTile& tile : checkpoint.tiles) {
+      film_of(checkpoint.frame)
+          .restore_checkpoint(tile.tile, tile.passes,
+                              {checkpoint.number, tile.offset, tile.length});
+      perform(scheduler_.tile_folded(id, checkpoint.frame, tile.tile, tile.passes, now()));
+    }
+  }
+  for (const auto& [task, place] : content.results) {
+    scheduler_.restore_closed(id, task);
+    if (!job.files.contains(task.frame)) film_of(task.frame).restore(task.tile, task.pass, place);
+  }
+  if (job.build) scheduler_.restore_build(id, *job.build);
+  for (const auto& [frame, film] : films) film->restored();
+  // What is durable in order counts as folded from the start, so that work is handed out at once;
+  // the sums are read back when they are needed.
+  for (const auto& [frame, film] : films)
+    for (std::uint32_t tile = 0; tile < film->tile_count(); ++tile)
+      if (film->passes(tile) > 0)
+        perform(scheduler_.tile_folded(id, frame, tile, film->passes(tile), now()));
+  for (const std::int32_t frame : job.files)
+    for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
+      perform(scheduler_.tile_folded(id, frame, tile, job.plan->passes.count(), now()));
+}
+
+}  // namespace tessera::server

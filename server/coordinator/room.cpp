@@ -1,0 +1,153 @@
+#include <sys/statvfs.h>
+
+#include "common/assets/bundle.hpp"
+#include "common/base/log.hpp"
+#include "server/coordinator/frame_file.hpp"
+#include "server/coordinator/impl.hpp"
+#include "server/coordinator/storage_policy.hpp"
+
+/// What is kept, for how long, and how much of it there may be.
+namespace tessera::server {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t looks_per_walk = 12;         // with the usual pause: a minute
+constexpr std::uint64_t looks_per_collection = 120;  // ten
+
+std::uint64_t bytes_below(const fs::path& folder) {
+  std::uint64_t total = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code gone;
+    const std::uintmax_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0;
+    if (!gone) total += size;
+  }
+  return total;
+}
+
+/// Everything that the bundle names, itself too. What cannot be read names nothing.
+void add_needed(const assets::BlobStore& blobs, const Digest& bundle, std::set<Digest>& needed) {
+  needed.insert(bundle);
+  if (!blobs.has(bundle)) return;
+  const assets::Bundle files = assets::bundle_from_json(
+      blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
+  for (const Digest& digest : assets::digests_of(files)) needed.insert(digest);
+}
+
+}  // namespace
+
+std::string CoordinatorImpl::lacks_room() const { return refusal_of(storage(), reserve_); }
+
+StorageUse CoordinatorImpl::storage() const {
+  StorageUse use = measured_;
+  use.journal = store_->journal_bytes();
+  use.checkpoints = store_->checkpoint_bytes();
+  use.films = films_.memory();
+  use.films_most = settings_.film_memory;
+  use.disk_most = settings_.disk_limit;
+  return use;
+}
+
+StorageUse CoordinatorImpl::look_at_disk(StorageUse use, bool walk) const {
+  struct statvfs system {};
+  if (statvfs(settings_.data.c_str(), &system) == 0)
+    use.disk_free = std::uint64_t{system.f_bavail} * system.f_frsize;
+  if (!walk) return use;
+  use.blobs = blobs_.bytes();
+  use.pictures = bytes_below(settings_.data / "jobs");
+  return use;
+}
+
+void CoordinatorImpl::begin_house() {
+  struct statvfs system {};
+  if (statvfs(settings_.data.c_str(), &system) == 0)
+    reserve_ = reserve_of(std::uint64_t{system.f_blocks} * system.f_frsize, settings_.disk_reserve);
+  measured_ = look_at_disk({}, true);
+  crew_.start("the data folder's upkeep", keep_house());
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::keep_house() {
+  for (std::uint64_t look = 0; !crew_.stopping(); ++look) {
+    co_await crew_.pause(settings_.upkeep);
+    if (crew_.stopping()) co_return;
+    try {
+      co_await forget_expired();
+      if (look % looks_per_collection == 0 || collect_soon_) co_await collect_blobs();
+      const bool walk = look % looks_per_walk == 0 || settings_.disk_limit > 0;
+      const std::function<StorageUse()> measure = [this, walk, before = measured_] {
+        return look_at_disk(before, walk);
+      };
+      measured_ = co_await on<StorageUse>(upkeep_, measure);
+    } catch (const std::exception& error) {
+      log::warn("the data folder could not be looked after: {}", error.what());
+    }
+  }
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::collect_blobs() {
+  collect_soon_ = false;
+  std::set<Digest> bundles;
+  for (const auto& [id, job] : jobs_)
+    if (job.record.state != "failed" && job.record.state != "cancelled")
+      bundles.insert(job.record.spec.bundle);
+  const auto grace = std::chrono::duration_cast<std::chrono::seconds>(settings_.blob_grace).count();
+  const std::function<std::uint64_t()> collect = [this, bundles, grace] {
+    std::set<Digest> needed;
+    for (const Digest& bundle : bundles) add_needed(blobs_, bundle, needed);
+    return blobs_.collect(needed, grace);
+  };
+  const std::uint64_t removed = co_await on<std::uint64_t>(upkeep_, collect);
+  if (removed > 0) log::info("{} of blobs that no job needs are removed", bytes_text(removed));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::forget_expired() {
+  std::vector<JobId> expired;
+  for (const auto& [id, job] : jobs_)
+    if (job.ended && job.at_work == 0 && job.arriving == 0 && !job.extending &&
+        has_expired(job.record.finished, unix_millis_now(), settings_.keep_jobs))
+      expired.push_back(id);
+  for (const JobId id : expired) {
+    Job* job = find(id);
+    if (!job || !job->ended || job->at_work > 0 || job->extending) continue;
+    job->extending = true;  // so that nobody else changes it
+    const std::function<char()> forget = [this, id] {
+      store_->forget_job(id);
+      return char{};
+    };
+    std::exception_ptr error;
+    try {
+      co_await on_writer<char>(forget);
+    } catch (const std::exception&) {
+      error = std::current_exception();
+    }
+    if (error) known(id).extending = false;
+    if (error) std::rethrow_exception(error);
+    pictures_.forget(id);
+    films_.forget(id);
+    requests_.erase(job->record.idempotency_key);
+    jobs_.erase(id);
+    collect_soon_ = true;
+    const std::function<char()> remove = [folder = job_folder(settings_.data, id)] {
+      std::error_code ignored;  // the next start removes it
+      fs::remove_all(folder, ignored);
+      return char{};
+    };
+    co_await on<char>(upkeep_, remove);
+    log::info("job {} is forgotten: it ended longer ago than jobs are kept", id);
+  }
+}
+
+void CoordinatorImpl::remove_forgotten_folders() {
+  std::error_code error;
+  for (fs::directory_iterator entry(settings_.data / "jobs", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const auto id = job_id_from(entry->path().filename().string());
+    std::error_code ignored;
+    if (id && !jobs_.contains(*id)) fs::remove_all(entry->path(), ignored);
+  }
+}
+
+}  // namespace tessera::server
