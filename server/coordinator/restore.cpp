@@ -54,11 +54,13 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
              job.plan->spec.render.samples;
     });
   perform(scheduler_.add_job(record.id, job.plan, now(), job.earlier_plans));
+  // Until all that is durable is known nothing is decided by a part of it.
+  perform(scheduler_.pause_job(record.id, now()));
   if (job.first_lease) scheduler_.restore_started(record.id, *job.first_lease);
   const JobContent content = read_job(*store_, record.id);
   take_in(job, content);
   settle_what_is_left(job, content);
-  if (record.state == "paused") perform(scheduler_.pause_job(record.id, now()));
+  if (record.state != "paused") perform(scheduler_.resume_job(record.id, now()));
 }
 
 void CoordinatorImpl::take_in(Job& job, const JobContent& content) {

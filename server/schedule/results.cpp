@@ -44,7 +44,13 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     case TaskTable::State::closed:
       return Verdict::stale;
     case TaskTable::State::open:
+      if (task.pass >= owner->tasks.passes()) return Verdict::stale;  // cut before it
       if (!owner->tasks.take(task)) return Verdict::stale;
+      // Granted in an earlier epoch: a pass that has begun is finished for every tile.
+      if (task.pass >= owner->tasks.offered()) {
+        owner->tasks.offer_passes(task.pass + 1);
+        state_->work_appeared = true;
+      }
       break;
     case TaskTable::State::taken:
       owner->blame.taken(task);

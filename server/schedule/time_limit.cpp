@@ -13,14 +13,25 @@ bool all_handed_out(const JobEntry& job) {
   return static_cast<std::int64_t>(in_hand) >= offered;
 }
 
+/// Seconds that the next pass takes if it gets on as all before it did, standstills included: for
+/// when nobody who was measured is at it.
+double taken_at_the_pace_so_far(const JobEntry& job, Instant now) {
+  const auto done = static_cast<double>(job.tasks.samples_closed());
+  if (done == 0) return 0;
+  const TileGrid& grid = job.plan().grid;
+  const double pixels = double{1} * grid.film_width() * grid.film_height();
+  const auto next = static_cast<double>(job.plan().passes.pass(job.tasks.offered()).count);
+  return (job.plan().spec.time_limit_seconds - job.time_left(now)) * pixels * next / done;
+}
+
 }  // namespace
 
 std::optional<bool> Scheduler::State::in_time(const JobEntry& job, Instant now) const {
   const double left = job.time_left(now);
   if (left <= 0) return false;
   const auto pace = pace_of(job, job.tasks.offered() + 1, now);
-  if (!pace && job.out.empty()) return true;  // nobody is at it: the next to come will tell
-  if (!pace) return std::nullopt;
+  if (!pace && !job.out.empty()) return std::nullopt;
+  if (!pace) return taken_at_the_pace_so_far(job, now) <= left;
   // Nine times in ten it will not take longer.
   return time_to_finish(*pace).high <= left;
 }

@@ -129,18 +129,107 @@ TEST_F(TimeLimitTest, AfterAStartItCountsFromTheFirstLeaseAndWhatWasBegunIsFinis
   plans_[1] = plan;
   take(scheduler_.add_job(1, plan, now_));
   scheduler_.restore_started(1, now_ - std::chrono::seconds(59));
-  for (std::uint32_t pass = 0; pass < 5; ++pass)
-    for (std::uint32_t tile = 0; tile < 8; ++tile) {
+  for (std::uint32_t tile = 0; tile < 8; ++tile)
+    for (std::uint32_t pass = 0; pass < (tile == 3 ? 6U : 5U); ++pass)
       scheduler_.restore_closed(1, {1, tile, pass});
-      take(scheduler_.tile_folded(1, 1, tile, pass + 1, now_));
-    }
-  scheduler_.restore_closed(1, {1, 3, 5});
-  take(scheduler_.tile_folded(1, 1, 3, 6, now_));
+  for (std::uint32_t tile = 0; tile < 8; ++tile)
+    take(scheduler_.tile_folded(1, 1, tile, tile == 3 ? 6 : 5, now_));
   ready(join("a"));
   passes_[3] = 6;
   render_all(0.01);
   for (std::uint32_t tile = 0; tile < 8; ++tile) EXPECT_EQ(passes_[tile], 6U);
   EXPECT_EQ(shortened_[1], 512);
+}
+
+/// Four tiles, of which three have pass 1 still to come; "a" holds a lease of pass 2 from
+/// before.
+class TimeLimitRestartTest : public TimeLimitTest {
+ protected:
+  TimeLimitRestartTest() : again_(second_epoch()) {
+    add(1, limited(3600, 4));
+    const WorkerId a = join("a"), b = join("b");
+    ready(a);
+    ready(b);
+    while (held_[a].at(0).task.pass < 2) {
+      pass(0.1);
+      const GrantLease done = finish_one(held_[b].at(0).task.pass < 1 ? b : a);
+      passes_[done.task.tile] = done.task.pass + 1;
+    }
+    passes_[finish_one(b).task.tile] = 2;  // pass 1 has begun
+    old_ = held_[a].at(0);
+  }
+  /// The farm has been at the job for so long, and comes back with "a" alone.
+  void restart(double seconds) {
+    held_.clear();
+    take(again_.add_job(1, plans_[1], now_));
+    take(again_.pause_job(1, now_));
+    again_.restore_started(
+        1, now_ - std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds)));
+    for (const auto& [tile, passes] : passes_)
+      for (std::uint32_t pass = 0; pass < passes; ++pass) again_.restore_closed(1, {1, tile, pass});
+    for (const auto& [tile, passes] : passes_) take(again_.tile_folded(1, 1, tile, passes, now_));
+    take(again_.resume_job(1, now_));
+    auto joined = again_.worker_joined({"a", "a", 1, digest_of("build")}, now_);
+    worker_ = joined.worker;
+    take(joined.actions);
+    take(again_.worker_ready(worker_, 1, now_));
+  }
+  Verdict arrives(const GrantLease& grant) {
+    return again_.result_arrived(worker_, grant.lease, 1, plans_[1]->digest, grant.task, now_);
+  }
+  void kept(const GrantLease& grant) {
+    take(again_.result_durable(worker_, grant.lease, 1, grant.task, 256, 0.1, now_));
+    take(again_.tile_folded(1, 1, grant.task.tile, grant.task.pass + 1, now_));
+  }
+  void render_what_is_granted() {
+    while (!held_[worker_].empty()) {
+      const GrantLease next = held_[worker_][0];
+      held_[worker_].erase(held_[worker_].begin());
+      EXPECT_EQ(arrives(next), Verdict::take);
+      kept(next);
+    }
+  }
+
+  Scheduler again_;
+  WorkerId worker_ = 0;
+  GrantLease old_{};
+
+ private:
+  [[nodiscard]] SchedulerSettings second_epoch() const {
+    SchedulerSettings settings = settings_;
+    settings.epoch = 2;
+    return settings;
+  }
+};
+
+TEST_F(TimeLimitRestartTest, AnOldResultOfAPassThatIsNotRenderedAnyMoreIsStale) {
+  ASSERT_EQ(old_.task.pass, 2U);
+  restart(3600);
+  ASSERT_FALSE(held_[worker_].empty());
+  const GrantLease first = held_[worker_][0];
+  held_[worker_].erase(held_[worker_].begin());
+  EXPECT_EQ(arrives(first), Verdict::take);
+  kept(first);
+  ASSERT_FALSE(held_[worker_].empty()) << "the last of pass 1 is handed out, and not done";
+  EXPECT_EQ(arrives(old_), Verdict::stale);
+  render_what_is_granted();
+  EXPECT_EQ(shortened_[1], 4);
+  EXPECT_EQ(finished_, std::vector<JobId>{1});
+}
+
+TEST_F(TimeLimitRestartTest, AnOldResultOfALaterPassLetsThatPassBeginForEveryTile) {
+  restart(3600 - 1e-3);
+  EXPECT_EQ(arrives(old_), Verdict::take);
+  kept(old_);
+  render_what_is_granted();
+  EXPECT_EQ(shortened_[1], 16);
+  EXPECT_EQ(finished_, std::vector<JobId>{1});
+}
+
+TEST_F(TimeLimitRestartTest, ThePaceSoFarTellsWhetherAPassIsInTimeWhereNobodyWasMeasured) {
+  restart(3600 - 1e-3);
+  render_what_is_granted();
+  EXPECT_EQ(shortened_[1], 4) << "the next pass takes three times what those before it took";
 }
 
 TEST_F(TimeLimitTest, TheTimeToFinishIsWithinTheLimit) {
