@@ -55,7 +55,7 @@ HttpResponse problem_of(const Error& error) {
 
 void check_query(const Route& route, const Target& target) {
   std::vector<std::string_view> known;
-  for (const QueryParameter& parameter : route.query) known.push_back(parameter.name);
+  for (const Parameter& parameter : route.query) known.push_back(parameter.name);
   for (const auto& [key, value] : target.query)
     if (std::find(known.begin(), known.end(), key) == known.end())
       throw Error(ErrorKind::bad_input, unknown_name("query parameter", key, known), {.key = key});

@@ -125,17 +125,13 @@ HandlerResult list_jobs(Call& call) {
 HandlerResult get_job(Call& call) { co_return json_response(detailed(call.api, job_of(call))); }
 
 HandlerResult change_job(Call& call) {
-  const JobStatus status = job_of(call);
-  const JobId id = status.view.id;
+  const JobId id = job_of(call).view.id;
   const Json body = co_await json_body(call);
   const Change change = change_from(body);
   if (change.samples) co_await call.api.coordinator.extend(id, *change.samples);
   if (!change.job.empty()) co_await call.api.coordinator.change(id, change.job);
-  const std::string& state = status.view.state;
-  const bool paused = state == "paused";
-  const bool running = state == "rendering" || state == "queued";
-  if (change.pause && *change.pause && !paused) co_await call.api.coordinator.pause(id);
-  if (change.pause && !*change.pause && !running) co_await call.api.coordinator.resume(id);
+  if (change.pause && *change.pause) co_await call.api.coordinator.pause(id);
+  if (change.pause && !*change.pause) co_await call.api.coordinator.resume(id);
   co_return job_response(call, id);
 }
 

@@ -28,14 +28,22 @@ Json parameters_of(const Route& route) {
     out.push_back(parameter(rest.substr(open + 1, close - open - 1), "path", {}));
     rest.remove_prefix(close + 1);
   }
-  for (const QueryParameter& one : route.query)
-    out.push_back(parameter(one.name, "query", one.summary));
+  for (const Parameter& one : route.query) out.push_back(parameter(one.name, "query", one.summary));
+  for (const Parameter& one : route.header)
+    out.push_back(parameter(one.name, "header", one.summary));
   return out;
 }
 
 Json content(std::string_view type) {
   Json out = Json::object();
   out[std::string(type)] = Json::object();
+  return out;
+}
+
+Json problem_response(std::string_view description) {
+  Json out = Json::object();
+  out["description"] = description;
+  out["content"] = content("application/problem+json");
   return out;
 }
 
@@ -46,11 +54,10 @@ Json operation(const Route& route) {
   Json good = Json::object();
   good["description"] = "As summarised";
   if (route.method != "HEAD") good["content"] = content(route.answers);
-  Json bad = Json::object();
-  bad["description"] = "Problem details (RFC 9457)";
-  bad["content"] = content("application/problem+json");
   out["responses"]["2XX"] = std::move(good);
-  out["responses"]["default"] = std::move(bad);
+  for (const Refusal& refusal : route.refusals)
+    out["responses"][std::string(refusal.status)] = problem_response(refusal.summary);
+  out["responses"]["default"] = problem_response("Problem details (RFC 9457)");
   if (route.method == "POST" || route.method == "PATCH")
     out["requestBody"]["content"] = content("application/json");
   if (route.method == "PUT") out["requestBody"]["content"] = content("application/octet-stream");

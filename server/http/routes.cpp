@@ -9,11 +9,19 @@ namespace tessera::server {
 namespace {
 
 constexpr std::array exposure = {
-    QueryParameter{"exposure", "stops by which the picture is made brighter; 0 unless given"}};
+    Parameter{"exposure", "stops by which the picture is made brighter; 0 unless given"}};
 constexpr std::array since = {
-    QueryParameter{"since", "the version that the caller has; 0, for all tiles, unless given"}};
-constexpr std::array token = {
-    QueryParameter{"token", "the server's token, exchanged for a cookie"}};
+    Parameter{"since", "the version that the caller has; 0, for all tiles, unless given"}};
+constexpr std::array token = {Parameter{"token", "the server's token, exchanged for a cookie"}};
+constexpr std::array idempotency = {
+    Parameter{"Idempotency-Key",
+              "a name for this request, in quotes (draft-ietf-httpapi-idempotency-key-header): a "
+              "repetition under it gives the first one's job, also after a restart"}};
+constexpr std::array submit_refusals = {
+    Refusal{"409", "The bundle, or a blob that it names, is lacking"},
+    Refusal{"413", "The film of a frame is more than the server keeps in memory"},
+    Refusal{"422", "The Idempotency-Key was used for a job that was asked for in other words"},
+    Refusal{"507", "There is no room on the disk"}};
 
 constexpr std::string_view json = "application/json";
 constexpr Role user = Role::user;
@@ -28,7 +36,15 @@ constexpr std::array table = {
           "Whether a blob is there, and how much of a broken-off upload is"},
     Route{"PUT", "/v1/blobs/{sha256}", put_blob, user, json,
           "Store a blob, whole or from an offset"},
-    Route{"POST", "/v1/jobs", submit_job, user, json, "Submit a job"},
+    Route{"POST",
+          "/v1/jobs",
+          submit_job,
+          user,
+          json,
+          "Submit a job",
+          {},
+          idempotency,
+          submit_refusals},
     Route{"GET", "/v1/jobs", list_jobs, user, json, "All jobs"},
     Route{"GET", "/v1/jobs/{id}", get_job, user, json,
           "One job: state, progress, time to finish, shares"},

@@ -23,8 +23,14 @@ struct Call {
 /// May throw Error, which becomes a problem.
 using Handler = boost::asio::awaitable<HttpResponse> (*)(Call& call);
 
-struct QueryParameter {
+struct Parameter {
   std::string_view name;
+  std::string_view summary;
+};
+
+/// An answer that says more than that the request was wrong.
+struct Refusal {
+  std::string_view status;  ///< "422"
   std::string_view summary;
 };
 
@@ -35,7 +41,9 @@ struct Route {
   Role role;
   std::string_view answers;  ///< media type
   std::string_view summary;  ///< a sentence for /openapi.json
-  std::span<const QueryParameter> query{};
+  std::span<const Parameter> query{};
+  std::span<const Parameter> header{};
+  std::span<const Refusal> refusals{};
 };
 
 /// The one table.

@@ -69,6 +69,12 @@ TEST(OpenApi, DescribesEveryRouteOfTheTableWithItsParameters) {
   std::set<std::string> names;
   for (const Json& parameter : tiles["parameters"]) names.insert(parameter["name"]);
   EXPECT_EQ(names, (std::set<std::string>{"id", "frame", "since"}));
+  const Json& submit = description["paths"]["/v1/jobs"]["post"];
+  ASSERT_EQ(submit["parameters"].size(), 1U);
+  EXPECT_EQ(submit["parameters"][0]["name"], "Idempotency-Key");
+  EXPECT_EQ(submit["parameters"][0]["in"], "header");
+  EXPECT_FALSE(submit["parameters"][0]["required"]);
+  EXPECT_TRUE(submit["responses"].contains("422"));
 }
 
 }  // namespace
