@@ -226,6 +226,8 @@ class Coordinator {
   /// `link` must outlive the matching worker_left.
   virtual WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) = 0;
   virtual void worker_heard(WorkerId worker) = 0;
+  /// Nothing is read from it because it is held: neither silence nor want of progress is its fault.
+  virtual void excuse_worker(WorkerId worker) = 0;
   /// Any message after hello but a result.
   virtual void worker_said(WorkerId worker, wire::Message message) = 0;
   /// `exr` is the body. The answer (accepted, stale, rejected) is sent over the link when it is

@@ -151,7 +151,7 @@ boost::asio::awaitable<void> CoordinatorImpl::keep_time() {
 
 void CoordinatorImpl::excuse_workers() {
   log::warn("the coordinator stood still for {:.1f} s", seconds(now() - armed_));
-  for (const auto& [id, worker] : workers_) scheduler_.worker_heard(id, now());
+  for (const auto& [id, worker] : workers_) scheduler_.excuse_worker(id, now());
 }
 
 void CoordinatorImpl::results_refused(const std::string& reason) {

@@ -74,6 +74,7 @@ class CoordinatorImpl : public Coordinator {
   [[nodiscard]] std::uint64_t epoch() const override { return store_->epoch(); }
   WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) override;
   void worker_heard(WorkerId worker) override;
+  void excuse_worker(WorkerId worker) override;
   void worker_said(WorkerId worker, wire::Message message) override;
   void worker_result(WorkerId worker, wire::Result result, std::vector<std::byte> exr) override;
   void worker_left(WorkerId worker, bool clean) override;
@@ -120,7 +121,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> keep_failures();
   boost::asio::awaitable<JobId> put_job(JobRecord record);
   boost::asio::awaitable<void> keep_time();
-  /// What was not heard while this process stood still was not silence.
+  /// What was not heard while this process stood still was neither silence nor want of progress.
   void excuse_workers();
   void results_refused(const std::string& reason);
   void tick();

@@ -66,6 +66,8 @@ WorkerId CoordinatorImpl::worker_joined(const WorkerInfo& info, std::shared_ptr<
 
 void CoordinatorImpl::worker_heard(WorkerId worker) { scheduler_.worker_heard(worker, now()); }
 
+void CoordinatorImpl::excuse_worker(WorkerId worker) { scheduler_.excuse_worker(worker, now()); }
+
 void CoordinatorImpl::worker_left(WorkerId worker, bool clean) {
   const auto found = workers_.find(worker);
   if (found == workers_.end()) return;

@@ -113,6 +113,10 @@ class Scheduler {
   Actions worker_left(WorkerId worker, bool clean, Instant now);
   /// Any byte was received.
   void worker_heard(WorkerId worker, Instant now);
+  /// Nothing was taken in from it up to now, for no fault of its own: this process stood still, or
+  /// nothing was read for want of room. What it said meanwhile is still to be read, so all its
+  /// clocks begin now: silence, what it runs, and its preparation.
+  void excuse_worker(WorkerId worker, Instant now);
   /// `fraction`: how far it is, 0…1.
   Actions worker_preparing(WorkerId worker, JobId job, double fraction, Instant now);
   Actions worker_ready(WorkerId worker, JobId job, Instant now);

@@ -32,11 +32,17 @@ struct WorkerEntry {
 
   /// It lives, and what it has to do gets on.
   void gets_on(Instant now) { heard = advanced = got_on = now; }
+  /// … or would have been seen to: so does each lease that it runs.
+  void excused(Instant now) {
+    gets_on(now);
+    for (auto& [number, held] : leases)
+      if (held.runs) held.advanced = now;
+  }
 
   /// What it has to do with one job.
   struct Part {
-    Instant begun{};                // its first lease
-    bool ready = false;             // the scene is built
+    Instant begun{};                // its first lease, or when a scene was to be built again
+    bool ready = false;             // the scene is built, as far as is known
     double fraction = 0;            // of its preparation, as last said
     std::int64_t samples_held = 0;  // of its leases
     Meter speed;                    // samples a second

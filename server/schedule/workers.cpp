@@ -1,5 +1,6 @@
 // Workers: how they come, speak, fall silent and go.
 #include <algorithm>
+#include <utility>
 
 #include "server/schedule/failures.hpp"
 #include "server/schedule/state.hpp"
@@ -115,15 +116,23 @@ void Scheduler::worker_heard(WorkerId worker, Instant now) {
   if (WorkerEntry* entry = state_->worker(worker)) entry->heard = now;
 }
 
+void Scheduler::excuse_worker(WorkerId worker, Instant now) {
+  if (WorkerEntry* entry = state_->worker(worker)) entry->excused(now);
+}
+
 Actions Scheduler::worker_preparing(WorkerId worker, JobId job, double fraction, Instant now) {
   WorkerEntry* entry = state_->worker(worker);
   if (entry == nullptr) return {};
   entry->heard = entry->advanced = now;
-  const auto part = entry->parts.find(job);
-  if (part != entry->parts.end() && fraction > part->second.fraction) {
-    part->second.fraction = fraction;
-    entry->got_on = now;
-  }
+  const auto place = entry->parts.find(job);
+  if (place == entry->parts.end()) return {};
+  WorkerEntry::Part& part = place->second;
+  // Workers keep few scenes: one that had been built, or begun, may have to be built anew.
+  const bool anew = part.ready || fraction < part.fraction;
+  if (!anew && fraction <= part.fraction) return {};
+  if (std::exchange(part.ready, false)) part.begun = now;
+  part.fraction = fraction;
+  entry->got_on = now;
   return {};
 }
 

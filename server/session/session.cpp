@@ -109,7 +109,7 @@ boost::asio::awaitable<void> Session::listen_to_worker() {
 
 boost::asio::awaitable<void> Session::wait_while_held() {
   while (held_ && !ending_ && worker_) {
-    coordinator_.worker_heard(*worker_);  // that nothing is read is not its silence
+    coordinator_.excuse_worker(*worker_);  // that nothing is read is not its silence
     held_timer_.expires_after(held_step);
     co_await held_timer_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
   }

@@ -167,6 +167,7 @@ class FakeCoordinator : public Coordinator {
 
   WorkerId worker_joined(const WorkerInfo&, std::shared_ptr<WorkerLink>) override { return 0; }
   void worker_heard(WorkerId) override {}
+  void excuse_worker(WorkerId) override {}
   void worker_said(WorkerId, wire::Message) override {}
   void worker_result(WorkerId, wire::Result, std::vector<std::byte>) override {}
   void worker_left(WorkerId, bool) override {}

@@ -75,6 +75,44 @@ TEST_F(FailuresTest, a_task_that_stands_still_is_stalled) {
   EXPECT_EQ(failures_.front().reason, "no progress for too long");
 }
 
+TEST_F(FailuresTest, while_nothing_is_taken_in_from_a_worker_nothing_that_it_runs_stands_still) {
+  const WorkerId worker = join("a");
+  ready(worker);
+  for (int i = 0; i < 4; ++i) {
+    pass(0.1);
+    finish_one(worker);
+  }
+  const GrantLease running = held_[worker].at(0);
+  take(scheduler_.worker_progress(worker, {{running.lease, 0.1}}, now_));
+  const Duration still = settings_.stall_least + std::chrono::seconds(1);
+  for (int times = 0; times < 3; ++times) {
+    now_ += still;  // without a tick: nothing of this process ran
+    scheduler_.excuse_worker(worker, now_);
+    pass(0);
+  }
+  EXPECT_TRUE(failures_.empty());
+  EXPECT_TRUE(revoked_.empty());
+  EXPECT_TRUE(dropped_.empty());
+  EXPECT_EQ(scheduler_.workers(now_).at(0).state, "rendering");
+  const Instant excused = now_;
+  while (failures_.empty() && now_ - excused < 2 * still) {
+    scheduler_.worker_heard(worker, now_);
+    pass(1);
+  }
+  EXPECT_EQ(failures_.size(), 1U) << "what stands still from there on is its own";
+  EXPECT_GE(now_ - excused, settings_.stall_least);
+}
+
+TEST_F(FailuresTest, while_nothing_is_taken_in_from_a_worker_its_preparation_does_not_stand_still) {
+  const WorkerId worker = join("a");
+  take(scheduler_.worker_preparing(worker, 1, 0.5, now_));
+  now_ += settings_.preparation + std::chrono::seconds(1);
+  scheduler_.excuse_worker(worker, now_);
+  pass(0);
+  EXPECT_TRUE(failures_.empty());
+  EXPECT_TRUE(revoked_.empty());
+}
+
 TEST_F(FailuresTest, what_a_worker_says_is_the_reason) {
   const WorkerId worker = join("a");
   ready(worker);

@@ -196,6 +196,38 @@ TEST_F(QuarantineTest, APreparationThatDoesNotGetOnFailsThoughItsWorkerSaysThatI
   EXPECT_THAT(failed_[1], HasSubstr("did not get on for 1800 s"));
 }
 
+TEST_F(QuarantineTest, ASceneThatIsBuiltAgainIsPreparedAgain) {
+  add(1, spec(200, 1));
+  const WorkerId a = join("a");
+  const auto says_preparing = [&](double until, double fraction) {
+    for (double waited = 0; waited < until; waited += 2) {
+      take(scheduler_.worker_preparing(a, 1, fraction, now_));
+      pass(2);
+    }
+  };
+  const auto speed = [&] { return scheduler_.workers(now_).at(0).samples_per_second; };
+  const double most = seconds(settings_.preparation) - 4;
+  says_preparing(4, 0.9);
+  ready(a);
+  for (int i = 0; i < 4; ++i) {
+    pass(1);
+    finish_one(a);
+  }
+  const double before = speed();
+  EXPECT_EQ(view(a).state, "rendering");
+  // It dropped the scene. What has been built of it falls behind what had been, and grows.
+  says_preparing(most, 0);
+  EXPECT_EQ(view(a).state, "preparing");
+  for (const double fraction : {0.3, 0.6, 0.2, 0.5}) says_preparing(most, fraction);
+  EXPECT_TRUE(failures_.empty());
+  EXPECT_TRUE(revoked_.empty());
+  ready(a);
+  EXPECT_EQ(view(a).state, "rendering");
+  pass(1);
+  finish_one(a);
+  EXPECT_NEAR(speed(), before, 0.01 * before) << "no time of preparation is time of rendering";
+}
+
 TEST_F(QuarantineTest, AHungPreparationIsForAnotherWorker) {
   add(1, spec(2, 1));
   const WorkerId hung = join("hung");
