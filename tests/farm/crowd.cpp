@@ -35,21 +35,30 @@ void raise_file_limit(std::size_t needed) {
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
 }
+
+bool reaches(const std::atomic<std::size_t>& value, std::size_t count, Seconds most) {
+  const auto end = std::chrono::steady_clock::now() + most;
+  while (value < count) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
 }  // namespace
 
 struct Crowd::Impl {
   asio::io_context io{1};
   net::Address address;
   std::map<JobId, JobPlan> plans;
-  std::vector<std::atomic<int>> accepted;
-  std::atomic<std::size_t> welcomed = 0;
+  std::vector<bool> assigned;  // on the thread below alone
+  std::atomic<std::size_t> welcomed = 0, at_work = 0;
   std::atomic<bool> leaving = false;
   mutable std::mutex mutex;
   std::string troubles;
   std::thread thread;
 
   Impl(const std::string& server, std::size_t count)
-      : address(net::parse_address(server, 0)), accepted(count) {}
+      : address(net::parse_address(server, 0)), assigned(count) {}
 
   asio::awaitable<void> live(std::size_t number);
   void answer(net::FramedStream& stream, const wire::Message& message, std::size_t number);
@@ -95,9 +104,10 @@ asio::awaitable<void> Crowd::Impl::live(std::size_t number) {
 
 void Crowd::Impl::answer(net::FramedStream& stream, const wire::Message& message,
                          std::size_t number) {
-  if (std::holds_alternative<wire::Accepted>(message)) ++accepted[number];
   const auto* assign = std::get_if<wire::Assign>(&message);
   if (assign == nullptr) return;
+  if (!assigned[number]) ++at_work;
+  assigned[number] = true;
   if (assign->spec) {
     plans.try_emplace(assign->job, *assign->spec);
     stream.send(wire::Ready{assign->job});
@@ -122,16 +132,11 @@ Crowd::~Crowd() {
 }
 
 bool Crowd::wait_for_welcomes(std::size_t count, Seconds most) const {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (impl_->welcomed < count) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return true;
+  return reaches(impl_->welcomed, count, most);
 }
 
-std::vector<int> Crowd::accepted() const {
-  return {impl_->accepted.begin(), impl_->accepted.end()};
+bool Crowd::wait_for_work(std::size_t count, Seconds most) const {
+  return reaches(impl_->at_work, count, most);
 }
 
 std::string Crowd::troubles() const {

@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "tests/farm/process.hpp"
 
@@ -22,8 +21,9 @@ class Crowd {
 
   /// Until so many have been welcomed; false after `most`.
   [[nodiscard]] bool wait_for_welcomes(std::size_t count, Seconds most) const;
-  /// How many results of each were accepted so far.
-  [[nodiscard]] std::vector<int> accepted() const;
+  /// Until so many have been given a task each, whoever's result of it came first; false after
+  /// `most`.
+  [[nodiscard]] bool wait_for_work(std::size_t count, Seconds most) const;
   /// Why connections ended that should not have.
   [[nodiscard]] std::string troubles() const;
 

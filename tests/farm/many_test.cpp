@@ -1,7 +1,6 @@
 // Many at once: a thousand workers' connections, a hundred jobs.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "tests/farm/crowd.hpp"
@@ -28,8 +27,8 @@ TEST(Many, a_thousand_workers_at_once_each_have_work_and_leave_the_bits_of_one) 
     ASSERT_TRUE(crowd.wait_for_welcomes(workers, Seconds(60))) << crowd.troubles() << farm.logs();
     EXPECT_EQ(farm.get("/v1/workers").at("workers").size(), workers);
     by_many = farm.finish(farm.submit(scene_path(), job));
-    const std::vector<int> accepted = crowd.accepted();
-    EXPECT_EQ(std::count(accepted.begin(), accepted.end(), 0), 0) << "workers without work";
+    // Not that a result of each was accepted: where one is late, copies may win its tasks.
+    EXPECT_TRUE(crowd.wait_for_work(workers, Seconds(60))) << "workers without work";
     EXPECT_EQ(crowd.troubles(), "");
   }
   const auto different = image::difference(by_one, by_many);
