@@ -19,12 +19,20 @@ Instant now() { return std::chrono::steady_clock::now(); }
 constexpr Duration retry_first = std::chrono::milliseconds(100);
 constexpr Duration retry_most = std::chrono::seconds(10);
 
+std::string message_of(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& known) {
+    return known.what();
+  }
+}
+
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
   const AtWork working(known(id), files_changed_);
   // Before the file: a start that finds it must not take it for one of all the samples.
-  if (known(id).shortened && !co_await save_surely(known(id).record)) co_return;
+  if (known(id).shortened && !co_await save_surely(id)) co_return;
   Duration wait = retry_first;
   while (!co_await write_frame(id, frame)) {
     co_await crew_.pause(wait);
@@ -76,7 +84,10 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
     co_await files_changed_.wait();
   if (crew_.stopping() || job.broken) co_return;
   const JobRecord end = job.end_record("done", "", now(), unix_millis_now());
-  if (!co_await save_surely(end)) co_return;
+  job.end = end;
+  if (!co_await save_surely(id)) co_return;
+  if (job.broken) co_return;  // it has failed meanwhile
+  job.end.reset();
   job.record = end;
   job.ended = true;
   log::info("job {} is done after {:.1f} s", id, end.render_seconds);
@@ -90,7 +101,9 @@ boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string 
   const AtWork working(job, files_changed_);
   if (job.record.state != state) {
     const JobRecord end = job.end_record(state, error, now(), unix_millis_now());
-    if (!co_await save_surely(end)) co_return;
+    job.end = end;
+    if (!co_await save_surely(id)) co_return;
+    job.end.reset();
     job.record = end;
   }
   job.ended = true;
@@ -167,24 +180,34 @@ void CoordinatorImpl::fail_job(JobId id, const std::string& reason) {
   perform(scheduler_.fail_job(id, reason, now()));
 }
 
-boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobRecord record) {
+boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobId id) {
   Duration wait = retry_first;
-  while (!crew_.stopping()) {
-    try {
-      co_await save(record);
-      co_return true;
-    } catch (const std::exception& error) {
-      log::error("job {}: its state could not be kept: {}", record.id, error.what());
-    }
+  while (!crew_.stopping() && find(id)) {
+    const std::exception_ptr error = co_await save_or_error(id);
+    if (!error) co_return true;
+    log::error("job {}: its state could not be kept: {}", id, message_of(error));
     co_await crew_.pause(wait);
     wait = std::min(2 * wait, retry_most);
   }
   co_return false;
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::keep(JobRecord record) {
-  const AtWork working(known(record.id), files_changed_);
-  co_await save_surely(std::move(record));
+void CoordinatorImpl::keep(Job& job) {
+  job.unsaved = true;
+  if (job.keeping || stopping_) return;
+  job.keeping = true;
+  crew_.start("a job's record", keep_record(job.record.id));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::keep_record(JobId id) {
+  Job& job = known(id);
+  const AtWork working(job, files_changed_);
+  // Set anew by what is taken back while this is being kept.
+  while (job.unsaved && !crew_.stopping()) {
+    job.unsaved = false;
+    co_await save_surely(id);
+  }
+  job.keeping = false;
 }
 
 }  // namespace tessera::server

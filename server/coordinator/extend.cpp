@@ -63,8 +63,9 @@ boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samp
 
 boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int64_t samples) {
   // What is on its way ends first: nothing of the old plan must reach the store after the new one.
-  if (!known(id).ending) perform(scheduler_.cancel_job(id, now()));
   const auto busy = [&] {
+    // Also where a cancel was under way, which the store then refused.
+    if (!known(id).ending) perform(scheduler_.cancel_job(id, now()));
     const Job& job = known(id);
     return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended);
   };

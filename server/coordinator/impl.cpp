@@ -205,7 +205,7 @@ void CoordinatorImpl::perform_one(const GrantLease& grant) {
     job->first_lease = now();
     job->record.started = unix_millis_now();
     if (job->record.state == "queued") job->record.state = "rendering";
-    crew_.start("a job's start", keep(job->record));
+    keep(*job);
     tell_job(grant.job);
   }
   ++counters_.leases_granted;

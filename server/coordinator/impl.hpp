@@ -109,6 +109,20 @@ class CoordinatorImpl : public Coordinator {
     Signal& changed_;
   };
 
+  /// A change of the job's record that somebody asked for, as long as it lives; the next waits, so
+  /// that what one takes back is what stood before it.
+  class Changing {
+   public:
+    Changing(Job& job, Signal& changed) : working_(job, changed), job_(job) { job.changing = true; }
+    ~Changing() { job_.changing = false; }
+    Changing(const Changing&) = delete;
+    Changing& operator=(const Changing&) = delete;
+
+   private:
+    AtWork working_;
+    Job& job_;
+  };
+
   // ---- impl.cpp ----
   void restore_job(const JobRecord& record);
   /// Gives scheduler and films what is kept of a job that they do not know yet.
@@ -149,8 +163,10 @@ class CoordinatorImpl : public Coordinator {
   // ---- people.cpp ----
   /// Throws Error{not_found}, or Error{conflict} if the job has ended.
   Job& live(JobId id);
-  boost::asio::awaitable<void> save(JobRecord record);
-  /// Saves the job's record as it is now; gives what went wrong.
+  /// Waits until no other change of the job is under way. Throws as live() does.
+  boost::asio::awaitable<void> until_unchanging(JobId id);
+  /// Saves the job's record as it is now; gives what went wrong. No other way leads to the store:
+  /// so an older record never comes after a newer one.
   boost::asio::awaitable<std::exception_ptr> save_or_error(JobId id);
 
   // ---- extend.cpp ----
@@ -217,9 +233,12 @@ class CoordinatorImpl : public Coordinator {
   /// The film has more samples than the picture of the samples before the job was extended.
   boost::asio::awaitable<bool> surpasses_its_file(JobId id, std::int32_t frame);
   void fail_job(JobId id, const std::string& reason);
-  /// Until the store takes it, or stop(). False for the latter.
-  boost::asio::awaitable<bool> save_surely(JobRecord record);
-  boost::asio::awaitable<void> keep(JobRecord record);
+  /// Until the store takes the job's record, at each attempt as it is then. False if the job is
+  /// forgotten or the coordinator stops before that.
+  boost::asio::awaitable<bool> save_surely(JobId id);
+  /// The job's record has changed, or was taken back: sees to it that the store says the same.
+  void keep(Job& job);
+  boost::asio::awaitable<void> keep_record(JobId id);
   void let_go(JobId id);
   /// The results of a job that failed or was cancelled leave the journal, and its checkpoints are
   /// deleted. What fails, the next start does again.

@@ -87,13 +87,13 @@ std::vector<JobRecord::Share> Job::shares_by_size() const {
 
 JobRecord Job::end_record(const std::string& state, const std::string& error, Instant now,
                           UnixMillis wall_now) const {
-  JobRecord end = record;
-  end.state = state;
-  end.error = error;
-  end.finished = wall_now;
-  end.render_seconds = render_seconds(now, false);
-  end.shares = shares_by_size();
-  return end;
+  JobRecord last = record;
+  last.state = state;
+  last.error = error;
+  last.finished = wall_now;
+  last.render_seconds = render_seconds(now, false);
+  last.shares = shares_by_size();
+  return last;
 }
 
 JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {

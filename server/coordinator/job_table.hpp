@@ -19,7 +19,8 @@ bool is_end(const std::string& state);
 struct Job {
   Job(JobRecord from, Instant now, UnixMillis wall_now);
 
-  JobRecord record;  ///< as the store has it, or is about to
+  JobRecord record;              ///< as the store has it, or is about to
+  std::optional<JobRecord> end;  ///< what it ends with, as long as that is not durable
   std::shared_ptr<const JobPlan> plan;
   std::map<std::string, std::int64_t> shares;  ///< samples by worker's name
   std::set<std::int32_t> files;                ///< frames whose final EXR is written
@@ -35,11 +36,16 @@ struct Job {
   int arriving = 0;                      ///< results on their way to the journal
   int at_work = 0;                       ///< coroutines that end or keep something of it
   bool extending = false;
+  bool changing = false;   ///< a change that somebody asked for is being kept
+  bool unsaved = false;    ///< the record differs from what was last given to the store
+  bool keeping = false;    ///< …, and somebody sees to it
   bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
   bool ending = false;     ///< the scheduler is done with it; files and state are being written
   bool ended = false;      ///< the end is durable
   bool broken = false;     ///< what was durable cannot be read back: it can only fail
 
+  /// What the store is to have now.
+  [[nodiscard]] const JobRecord& to_keep() const { return end ? *end : record; }
   /// The record's spec or priority has another value: the plan says the same.
   void spec_changed();
   /// A result has become durable, or is read back after a start.

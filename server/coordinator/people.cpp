@@ -163,34 +163,31 @@ Job& CoordinatorImpl::live(JobId id) {
                             : fmt::format("job {} is rendered, its files are being written", id));
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::save(JobRecord record) {
-  const std::function<char()> update = [this, record = std::move(record)] {
-    store_->update_job(record);
-    return char{};
-  };
-  co_await on_writer<char>(update);
+boost::asio::awaitable<void> CoordinatorImpl::until_unchanging(JobId id) {
+  while (live(id).changing) co_await files_changed_.wait();
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
   Job& job = live(id);
   job.ending = true;
   const JobRecord end = job.end_record("cancelled", "", now(), unix_millis_now());
-  std::exception_ptr error;
-  try {
-    co_await save(end);
-  } catch (const std::exception&) {
-    error = std::current_exception();
+  job.end = end;
+  const std::exception_ptr error = co_await save_or_error(id);
+  if (job.broken) {  // it has failed meanwhile, and ends so
+    if (error) std::rethrow_exception(error);
+    co_return;
   }
-  Job& again = known(id);
+  job.end.reset();
   if (error) {
-    again.ending = false;
+    job.ending = false;
+    keep(job);
     // What the scheduler said meanwhile was not heard.
     const auto view = scheduler_.job(id, now());
     if (view && view->state == "done") perform_one(JobFinished{id});
     if (view && view->state == "failed") perform_one(JobFailed{id, view->error});
     std::rethrow_exception(error);
   }
-  again.record = end;
+  job.record = end;
   perform(scheduler_.cancel_job(id, now()));
   log::info("job {} is cancelled", id);
   tell_job(id);
@@ -198,10 +195,14 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
+  co_await until_unchanging(id);
+  Job& job = live(id);
+  const Changing turn(job, files_changed_);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
-  const std::string before = std::exchange(live(id).record.state, "paused");
+  const std::string before = std::exchange(job.record.state, "paused");
   if (const auto error = co_await save_or_error(id)) {
-    known(id).record.state = before;
+    if (job.record.state == "paused") job.record.state = before;
+    keep(job);
     std::rethrow_exception(error);
   }
   perform(scheduler_.pause_job(id, now()));
@@ -209,11 +210,15 @@ boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
-  JobRecord& record = live(id).record;
-  if (record.state != "paused") co_return;
-  record.state = record.started != 0 ? "rendering" : "queued";
+  co_await until_unchanging(id);
+  Job& job = live(id);
+  if (job.record.state != "paused") co_return;
+  const Changing turn(job, files_changed_);
+  const std::string after = job.record.started != 0 ? "rendering" : "queued";
+  job.record.state = after;
   if (const auto error = co_await save_or_error(id)) {
-    known(id).record.state = "paused";
+    if (job.record.state == after) job.record.state = "paused";
+    keep(job);
     std::rethrow_exception(error);
   }
   perform(scheduler_.resume_job(id, now()));
@@ -221,15 +226,18 @@ boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change) {
-  JobRecord& record = live(id).record;
-  check_change(change, record.spec.render);
+  co_await until_unchanging(id);
+  Job& job = live(id);
+  check_change(change, job.record.spec.render);
+  const Changing turn(job, files_changed_);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
-  const JobChange before = exchanged(record, change);
+  const JobChange before = exchanged(job.record, change);
   if (const auto error = co_await save_or_error(id)) {
-    exchanged(known(id).record, before);
+    exchanged(job.record, before);
+    keep(job);
     std::rethrow_exception(error);
   }
-  known(id).spec_changed();
+  job.spec_changed();
   if (change.priority) perform(scheduler_.set_priority(id, *change.priority, now()));
   if (change.max_workers) perform(scheduler_.set_max_workers(id, *change.max_workers, now()));
   if (change.focus) perform(scheduler_.set_focus(id, *change.focus, now()));
@@ -237,9 +245,12 @@ boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change)
 }
 
 boost::asio::awaitable<std::exception_ptr> CoordinatorImpl::save_or_error(JobId id) {
-  const JobRecord record = known(id).record;
+  const std::function<char()> update = [this, record = known(id).to_keep()] {
+    store_->update_job(record);
+    return char{};
+  };
   try {
-    co_await save(record);
+    co_await on_writer<char>(update);
   } catch (const std::exception&) {
     co_return std::current_exception();
   }
