@@ -64,12 +64,20 @@ std::unique_ptr<DiskFile> opened(const Disk& disk, const std::filesystem::path& 
 CheckpointWriter::CheckpointWriter(Disk& disk, const std::filesystem::path& file, bool durable,
                                    std::atomic<std::uint64_t>& bytes, const Checkpoint& empty)
     : disk_(disk), durable_(durable), made_(empty), file_(disk.create(file)), bytes_(bytes) {
-  file_->write_at(header_of(made_.job, made_.frame), 0);
+  try {
+    file_->write_at(header_of(made_.job, made_.frame), 0);
+  } catch (...) {
+    discard();
+    throw;
+  }
   made_.bytes = header_size;
 }
 
 CheckpointWriter::~CheckpointWriter() {
-  if (finished_) return;
+  if (!finished_) discard();
+}
+
+void CheckpointWriter::discard() noexcept {
   try {
     disk_.remove(file_->path());
   } catch (const std::exception& error) {

@@ -29,6 +29,8 @@ class CheckpointWriter {
   Checkpoint finish();
 
  private:
+  void discard() noexcept;
+
   Disk& disk_;
   bool durable_;
   Checkpoint made_;

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
-#include "common/base/json.hpp"
 #include "server/store/index.hpp"
 
 /// The index's tables of checkpoints, and of what their results came to.
@@ -98,6 +96,15 @@ std::optional<Checkpoint> Index::checkpoint_of(JobId job, std::int32_t frame) co
   return checkpoint;
 }
 
+std::vector<JobId> Index::jobs_with_checkpoints() const {
+  const std::lock_guard lock(reading_);
+  std::vector<JobId> jobs;
+  Statement rows = reader_->prepare("SELECT DISTINCT job FROM checkpoints ORDER BY job");
+  for (bool more = rows.run(); more; more = rows.step())
+    jobs.push_back(static_cast<JobId>(rows.integer(0)));
+  return jobs;
+}
+
 std::vector<Checkpoint> Index::checkpoints_of(JobId job) const {
   const std::lock_guard lock(reading_);
   std::vector<Checkpoint> found;
@@ -142,8 +149,6 @@ std::vector<Tally> Index::tallies_of(JobId job) const {
 void Index::extend_job(const JobRecord& record, std::uint32_t passes) {
   Transaction transaction(writer_);
   update_job(record);
-  writer_.prepare("UPDATE jobs SET spec = ?2, extended_from = ?3 WHERE id = ?1")
-      .run(record.id, to_json(record.spec).dump(), Json(record.extended_from).dump());
   writer_.prepare("DELETE FROM results WHERE job = ?1 AND pass >= ?2").run(record.id, passes);
   drop_unused_segments(record.id);
   transaction.commit();

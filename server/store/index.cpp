@@ -99,16 +99,27 @@ JobId Index::put_job(const JobRecord& record) {
   return static_cast<JobId>(writer_.last_row());
 }
 
+void Index::skip_jobs(JobId last) {
+  const std::int64_t given =
+      writer_.integer("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'");
+  if (last <= static_cast<JobId>(given)) return;
+  Transaction transaction(writer_);
+  writer_.execute("DELETE FROM sqlite_sequence WHERE name = 'jobs'");
+  writer_.prepare("INSERT INTO sqlite_sequence(name, seq) VALUES('jobs', ?1)").run(last);
+  transaction.commit();
+}
+
 void Index::update_job(const JobRecord& record) {
   Statement update = writer_.prepare(
       "UPDATE jobs SET state = ?2, priority = ?3, created = ?4, started = ?5, finished = ?6, error "
       "= ?7, render_seconds = ?8, "
-      "rays = ?9, rejected_samples = ?10, shares = ?11, cpu_seconds = ?12, spec = ?13 WHERE id = "
-      "?1 RETURNING id");
-  const bool found = update.run(
-      record.id, record.state, record.priority, record.created, record.started, record.finished,
-      record.error, record.render_seconds, record.rays, record.rejected_samples,
-      shares_text(record), record.cpu_seconds, to_json(record.spec).dump());
+      "rays = ?9, rejected_samples = ?10, shares = ?11, cpu_seconds = ?12, spec = ?13, "
+      "extended_from = ?14 WHERE id = ?1 RETURNING id");
+  const bool found =
+      update.run(record.id, record.state, record.priority, record.created, record.started,
+                 record.finished, record.error, record.render_seconds, record.rays,
+                 record.rejected_samples, shares_text(record), record.cpu_seconds,
+                 to_json(record.spec).dump(), Json(record.extended_from).dump());
   if (!found) throw Error(ErrorKind::not_found, fmt::format("there is no job {}", record.id));
   update.step();  // to its end: only then is it committed
 }

@@ -30,6 +30,7 @@ class Index {
   std::string grant_key();
 
   JobId put_job(const JobRecord& record);
+  void skip_jobs(JobId last);
   void update_job(const JobRecord& record);
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 
@@ -53,6 +54,7 @@ class Index {
   /// number of the one that it takes the place of.
   std::optional<std::uint64_t> put_checkpoint(const Checkpoint& checkpoint);
   [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
+  [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;
   [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
   /// Files by number, and how long each must be.
   [[nodiscard]] std::map<std::uint64_t, std::uint64_t> checkpoint_files() const;
@@ -67,7 +69,6 @@ class Index {
   void delete_checkpoints(JobId job);
   void supersede_failed_commits();
   std::int64_t worker_row(const NewResult& result);
-  void bind_and_run_job(Statement& statement, const JobRecord& record, std::int64_t id);
 
   // Destroyed in reverse: the statements before the connection that they belong to.
   Database writer_;

@@ -94,6 +94,17 @@ struct Store::State {
       if (!needed.contains(segment)) journal.remove(segment);
     }
   }
+  /// What a commit has left over, these checkpoints too. The commit stands whatever becomes of it:
+  /// nothing of this may reach the caller, who would take the change for one that was not made.
+  void clean_up(std::span<const std::uint64_t> numbers = {}) noexcept {
+    try {
+      for (const std::uint64_t number : numbers) checkpoints.remove(number);
+      remove_dead_segments();
+    } catch (const std::exception& error) {
+      log::warn("files that are needed no more are not all removed: {}; the next start tries again",
+                error.what());
+    }
+  }
 
   std::filesystem::path folder;
   std::shared_ptr<Disk> disk;
@@ -126,6 +137,7 @@ std::uint64_t Store::epoch() const { return state_->epoch; }
 const std::array<std::uint8_t, 16>& Store::grant_key() const { return state_->key; }
 
 JobId Store::put_job(const JobRecord& record) { return state_->index.put_job(record); }
+void Store::skip_jobs(JobId last) { state_->index.skip_jobs(last); }
 void Store::update_job(const JobRecord& record) { state_->index.update_job(record); }
 std::vector<JobRecord> Store::list_jobs() const { return state_->index.list_jobs(); }
 
@@ -171,19 +183,19 @@ StoredResult Store::read_result(const ResultPlace& place) const {
 
 void Store::extend_job(const JobRecord& record, std::uint32_t passes) {
   state_->index.extend_job(record, passes);
-  state_->remove_dead_segments();
+  state_->clean_up();
 }
 
 void Store::forget_results(JobId job) {
   state_->index.forget_results(job);
-  state_->remove_dead_segments();
+  state_->clean_up();
 }
 
 void Store::end_job(JobId job) {
-  const std::vector<Checkpoint> held = state_->index.checkpoints_of(job);
+  std::vector<std::uint64_t> numbers;
+  for (const Checkpoint& held : state_->index.checkpoints_of(job)) numbers.push_back(held.number);
   state_->index.end_job(job);
-  for (const Checkpoint& checkpoint : held) state_->checkpoints.remove(checkpoint.number);
-  state_->remove_dead_segments();
+  state_->clean_up(numbers);
 }
 
 void Store::forget_job(JobId job) {
@@ -197,12 +209,19 @@ std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_
 
 void Store::put_checkpoint(const Checkpoint& checkpoint) {
   const auto before = state_->index.put_checkpoint(checkpoint);
-  if (before) state_->checkpoints.remove(*before);
-  state_->remove_dead_segments();
+  if (before) {
+    state_->clean_up({&*before, 1});
+  } else {
+    state_->clean_up();
+  }
 }
 
 std::optional<Checkpoint> Store::checkpoint_of(JobId job, std::int32_t frame) const {
   return state_->index.checkpoint_of(job, frame);
+}
+
+std::vector<JobId> Store::jobs_with_checkpoints() const {
+  return state_->index.jobs_with_checkpoints();
 }
 
 std::vector<Checkpoint> Store::checkpoints_of(JobId job) const {

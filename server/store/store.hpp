@@ -53,7 +53,9 @@ class Store {
   // ---- jobs: durable on return ----
   /// Keeps a new job and gives it its id; `record.id` is ignored.
   JobId put_job(const JobRecord& record);
-  /// Replaces all but id and extended_from. Throws Error{not_found}.
+  /// Jobs are numbered from above `last` on.
+  void skip_jobs(JobId last);
+  /// Replaces all but id. Throws Error{not_found}.
   void update_job(const JobRecord& record);
   /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
   /// more. Throws Error{not_found}.
@@ -104,6 +106,7 @@ class Store {
   /// less of a tile than the earlier one.
   void put_checkpoint(const Checkpoint& checkpoint);
   [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
+  [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;
   /// By frame.
   [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
   /// One tile's content, checked against its CRC. Throws Error{failed} if it is damaged or gone.

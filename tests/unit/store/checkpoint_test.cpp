@@ -142,8 +142,10 @@ TEST_F(CheckpointTest, GoesWithItsJobAndNotWithItsResults) {
   EXPECT_TRUE(results(*store, job).empty());
   EXPECT_TRUE(store->jobs_with_results().empty());
   EXPECT_TRUE(store->checkpoint_of(job, 1));
+  EXPECT_EQ(store->jobs_with_checkpoints(), std::vector<JobId>{job});
   store->end_job(job);
   EXPECT_FALSE(store->checkpoint_of(job, 1));
+  EXPECT_TRUE(store->jobs_with_checkpoints().empty());
   EXPECT_EQ(files(), 0U);
 }
 
@@ -162,6 +164,12 @@ TEST_F(CheckpointTest, ExtendedJobHasItsSamplesAndLosesTheResultsOfItsLastPass) 
   EXPECT_EQ(jobs[0].spec, more.spec);
   EXPECT_EQ(jobs[0].extended_from, std::vector<std::int64_t>{20});
   expect_readable(*store, job, 3);
+  // Whoever saves it as it was before takes both back: they never disagree.
+  JobRecord before = job_record();
+  before.id = job;
+  store->update_job(before);
+  EXPECT_EQ(store->list_jobs().at(0).spec, before.spec);
+  EXPECT_TRUE(store->list_jobs().at(0).extended_from.empty());
   more.id = 77;
   EXPECT_EQ(error_of([&] { store->extend_job(more, 0); }).kind(), ErrorKind::not_found);
 }

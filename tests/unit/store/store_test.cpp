@@ -99,6 +99,18 @@ TEST_F(StoreTest, KeepsTheNewestFailuresOfEachJobAndCountsAll) {
   EXPECT_TRUE(store->failures(3).empty());
 }
 
+TEST_F(StoreTest, SkippedNumbersAreGivenToNoJob) {
+  {
+    const auto store = open();
+    store->skip_jobs(7);
+    EXPECT_EQ(store->put_job(job_record()), 8);
+    store->skip_jobs(3);
+    EXPECT_EQ(store->put_job(job_record()), 9);
+    store->skip_jobs(20);
+  }
+  EXPECT_EQ(open()->put_job(job_record()), 21);
+}
+
 TEST_F(StoreTest, UpdatingAnUnknownJobIsAnError) {
   const auto store = open();
   JobRecord record = job_record();
