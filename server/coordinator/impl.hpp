@@ -129,6 +129,8 @@ class CoordinatorImpl : public Coordinator {
   void take_in(Job& job, const JobContent& content);
   /// Of jobs whose end was the last that an earlier run did for them; blocks.
   void forget_results_of_ended();
+  /// The same for failed and cancelled jobs that have checkpoints alone.
+  void end_surplus_checkpoints();
   /// `log` is the worker's, if it said one.
   void note_failure(const AttemptFailed& failed, const std::string& log);
   /// What the disk does not take is logged and lost: nothing depends on it.
@@ -199,8 +201,9 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> keep_house();
   boost::asio::awaitable<void> collect_blobs();
   boost::asio::awaitable<void> forget_expired();
-  /// Of jobs that were forgotten in an earlier run; blocks.
-  void remove_forgotten_folders();
+  /// At a start: folders of jobs that were being forgotten go, or are the job's again if the store
+  /// did not come to it. Those of jobs that no record knows stay; no new job gets their numbers.
+  void settle_job_folders(const std::vector<JobRecord>& records);
   /// Any thread. `use` as it was; `walk`: also what is kept beside the store.
   [[nodiscard]] StorageUse look_at_disk(StorageUse use, bool walk) const;
 

@@ -15,9 +15,11 @@ Instant now() { return std::chrono::steady_clock::now(); }
 }  // namespace
 
 void CoordinatorImpl::restore() {
-  for (const JobRecord& record : store_->list_jobs()) restore_job(record);
+  const std::vector<JobRecord> records = store_->list_jobs();
+  settle_job_folders(records);
+  for (const JobRecord& record : records) restore_job(record);
   forget_results_of_ended();
-  remove_forgotten_folders();
+  end_surplus_checkpoints();
   for (const auto& [id, count] : store_->failure_counts())
     if (Job* job = find(id)) job->failures = count;
   if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
@@ -36,6 +38,19 @@ void CoordinatorImpl::forget_results_of_ended() {
       }
     } catch (const std::exception& error) {
       log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+    }
+  }
+}
+
+void CoordinatorImpl::end_surplus_checkpoints() {
+  for (const JobId id : store_->jobs_with_checkpoints()) {
+    const Job* job = find(id);
+    // A done job goes on from its checkpoints if samples are added.
+    if (job && (!job->ended || job->record.state == "done")) continue;
+    try {
+      store_->end_job(id);
+    } catch (const std::exception& error) {
+      log::warn("job {}: its checkpoints could not be removed: {}", id, error.what());
     }
   }
 }

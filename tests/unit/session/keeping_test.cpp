@@ -1,6 +1,8 @@
 // What is kept, where, and for how long: checkpoints, films beyond memory, blobs, jobs.
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "server/film/film_tile_bytes.hpp"
 #include "server/store/store.hpp"
 #include "tests/unit/session/farm.hpp"
@@ -128,6 +130,50 @@ TEST_F(Keeping, JobsAreForgottenAfterTheirTimeWithAllThatIsTheirs) {
   worker.vanish();
   restart();
   EXPECT_TRUE(farm.coordinator->jobs().empty());
+}
+
+TEST_F(Keeping, StartRemovesNoPicturesButThoseOfForgottenJobsAndGivesNoNewJobTheirNumber) {
+  const auto first = [&]() -> awaitable<void> {
+    id = co_await farm.coordinator->submit(farm.spec(20, 20, 16, 4));
+    co_await farm.halt();
+  };
+  farm.run(first());
+  const auto folder = farm.data / "jobs";
+  for (const char* name : {"1.forgotten", "3.forgotten", "41"}) {
+    std::filesystem::create_directories(folder / name);
+    std::ofstream(folder / name / "frame-0001.txt") << "a picture";
+  }
+  restart();
+  EXPECT_TRUE(std::filesystem::exists(folder / "1" / "frame-0001.txt")) << "its job is known";
+  EXPECT_FALSE(std::filesystem::exists(folder / "3.forgotten"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "41" / "frame-0001.txt"));
+  const auto second = [&]() -> awaitable<void> {
+    EXPECT_EQ(co_await farm.coordinator->submit(farm.spec(20, 20, 16, 4)), 42U);
+    co_await farm.halt();
+  };
+  farm.run(second());
+}
+
+TEST_F(Keeping, CancelledJobThatHasCheckpointsAloneLosesThemAtTheNextStart) {
+  const auto first = [&]() -> awaitable<void> {
+    id = co_await farm.coordinator->submit(farm.spec(20, 20, 16, 4));
+    co_await farm.halt();
+  };
+  farm.run(first());
+  farm.io.reset();
+  {
+    // As if the process had died between the end of the job and that of its checkpoints.
+    const auto store = Store::open(farm.data, {.durable = false});
+    store->put_checkpoint(store->begin_checkpoint(id, 1)->finish());
+    JobRecord record = store->list_jobs().at(0);
+    record.state = "cancelled";
+    store->update_job(record);
+  }
+  farm.start();
+  farm.run(farm.halt());
+  farm.io.reset();
+  const auto store = Store::open(farm.data, {.durable = false});
+  EXPECT_TRUE(store->jobs_with_checkpoints().empty());
 }
 
 TEST_F(Keeping, BlobsOfJobsThatAreKeptStayAndThoseOfCancelledOnesGo) {
