@@ -1,6 +1,7 @@
 // What the client promises to people and to scripts: exit codes, clean output, nothing left behind.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <functional>
@@ -218,11 +219,16 @@ TEST(Client, jobs_and_workers_answer_in_json_when_asked) {
 TEST(Client, a_scene_that_the_server_has_is_not_sent_again) {
   Farm farm;
   const std::string first = farm.submit(cornell(), {});
-  // Whatever is sent again would be a change of a blob: written anew, under its name.
+  constexpr std::size_t digest_tail = 62;  // of 64 digits; two name the folder
+  // A blob that is sent again is another file under the same name.
   const auto blobs = [&] {
-    std::map<std::string, fs::file_time_type> out;
-    for (const auto& entry : fs::recursive_directory_iterator(farm.folder() / "data" / "blobs"))
-      if (entry.is_regular_file()) out[entry.path().string()] = entry.last_write_time();
+    std::map<std::string, ino_t> out;
+    for (const auto& entry : fs::recursive_directory_iterator(farm.folder() / "data" / "blobs")) {
+      struct stat status {};
+      if (entry.path().filename().string().size() == digest_tail && entry.is_regular_file() &&
+          ::stat(entry.path().c_str(), &status) == 0)
+        out[entry.path().string()] = status.st_ino;
+    }
     return out;
   };
   const auto before = blobs();
