@@ -27,16 +27,18 @@ void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
   Job* job = find(id);
   const FrameFilm* film = films_.find(id, frame);
   if (!job || !film || stopping_ || job->ending || job->extending) return;
+  if (compacting_) return;  // a whole film each: one at a time; the next fold tries again
   if (job->checkpointing.contains(frame)) return;
   const std::size_t whole =
       film_bytes(std::int64_t{job->plan->grid.film_width()} * job->plan->grid.film_height());
   if (!worth_a_checkpoint(film->journal_bytes(), whole)) return;
+  compacting_ = true;
   job->checkpointing.insert(frame);
   crew_.start("a film's checkpoint", compact(id, frame));
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::compact(JobId id, std::int32_t frame) {
-  const AtWork working(known(id), files_changed_);
+  const AtWork working(*this, id);
   films_.hold(id, frame, true);
   bool failed = false;
   try {
@@ -46,6 +48,7 @@ boost::asio::awaitable<void> CoordinatorImpl::compact(JobId id, std::int32_t fra
     if (!crew_.stopping())
       log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
   }
+  compacting_ = false;
   // The results stay; the next folds try again.
   if (failed && !known(id).ending) co_await crew_.pause(retry_most);
   films_.hold(id, frame, false);
@@ -79,7 +82,7 @@ boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
 
 boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
     JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
-  const AtWork working(known(id), files_changed_);
+  const AtWork working(*this, id);
   while (known(id).checkpointing.contains(frame)) co_await files_changed_.wait();
   known(id).checkpointing.insert(frame);
   Duration wait = retry_first;
@@ -87,13 +90,17 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
     const std::string& state = known(id).record.state;
     return !crew_.stopping() && (!is_end(state) || state == "done");
   };
-  while (wanted() && !co_await try_to_settle(id, frame, film)) {
+  bool settled = false;
+  while (!settled && wanted()) {
+    settled = co_await try_to_settle(id, frame, film);
+    if (settled) break;
     co_await crew_.pause(wait);
     wait = std::min(2 * wait, retry_most);
   }
   Job& job = known(id);
   job.checkpointing.erase(frame);
-  job.unsettled.erase(frame);
+  // What stop() has cut short the next start goes on with, from the results.
+  if (settled || !crew_.stopping()) job.unsettled.erase(frame);
   files_changed_.notify();
 }
 
@@ -130,7 +137,7 @@ void CoordinatorImpl::settle_what_is_left(Job& job, const JobContent& content) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_settled(JobId id) {
-  const AtWork working(known(id), files_changed_);
+  const AtWork working(*this, id);
   while (!known(id).unsettled.empty() && !crew_.stopping()) co_await files_changed_.wait();
   const Job& job = known(id);
   if (!job.unsettled.empty()) co_return;       // the next start goes on

@@ -30,7 +30,7 @@ std::string message_of(const std::exception_ptr& error) {
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
-  const AtWork working(known(id), files_changed_);
+  const AtWork working(*this, id);
   // Before the file: a start that finds it must not take it for one of all the samples.
   if (known(id).shortened && !co_await save_surely(id)) co_return;
   Duration wait = retry_first;
@@ -79,7 +79,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
   Job& job = known(id);
-  const AtWork working(job, files_changed_);
+  const AtWork working(*this, id);
   while (job.files.size() < job.plan->spec.frames.count() && !crew_.stopping() && !job.broken)
     co_await files_changed_.wait();
   if (crew_.stopping() || job.broken) co_return;
@@ -98,7 +98,7 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
 boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string state,
                                                           std::string error) {
   Job& job = known(id);
-  const AtWork working(job, files_changed_);
+  const AtWork working(*this, id);
   if (job.record.state != state) {
     const JobRecord end = job.end_record(state, error, now(), unix_millis_now());
     job.end = end;
@@ -167,17 +167,16 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
 
 void CoordinatorImpl::fail_job(JobId id, const std::string& reason) {
   Job* job = find(id);
-  if (!job || job->ended || job->broken || is_end(job->record.state)) return;
+  if (stopping_ || !job || job->ended || job->broken || is_end(job->record.state)) return;
+  // Failed in this run alone, and nothing of it is let go: for the store it is under way, so that
+  // the next start tries again.
   job->broken = true;
+  job->unreadable = fmt::format(
+      "{}; its results are kept: the server tries again when it is started anew", reason);
+  log::error("job {} has failed: {}", id, job->unreadable);
   files_changed_.notify();
-  if (job->ending) {
-    // Every task is closed, but the film cannot be read back: the scheduler has done with the job
-    // already.
-    log::error("job {} has failed: {}", id, reason);
-    crew_.start("a job's failure", abandon_job(id, "failed", reason));
-    return;
-  }
-  perform(scheduler_.fail_job(id, reason, now()));
+  if (!job->ending) perform(scheduler_.fail_job(id, job->unreadable, now()));
+  tell_job(id);
 }
 
 boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobId id) {
@@ -201,7 +200,7 @@ void CoordinatorImpl::keep(Job& job) {
 
 boost::asio::awaitable<void> CoordinatorImpl::keep_record(JobId id) {
   Job& job = known(id);
-  const AtWork working(job, files_changed_);
+  const AtWork working(*this, id);
   // Set anew by what is taken back while this is being kept.
   while (job.unsaved && !crew_.stopping()) {
     job.unsaved = false;

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
@@ -12,6 +14,9 @@ namespace tessera::server {
 namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
+
+constexpr Duration retry_first = std::chrono::milliseconds(100);
+constexpr Duration retry_most = std::chrono::seconds(10);
 
 /// The record as it is to go on with more samples.
 JobRecord extended(const Job& job, std::int64_t samples) {
@@ -29,13 +34,13 @@ JobRecord extended(const Job& job, std::int64_t samples) {
 
 void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) const {
   const JobId id = job.record.id;
+  if (job.extending)
+    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
   const std::string state = status_of(job).view.state;
   if (state == "failed" || state == "cancelled" || job.broken)
     throw Error(ErrorKind::conflict,
                 fmt::format("job {} has {}: only one that is done or under way can be extended", id,
                             state == "cancelled" ? "been cancelled" : "failed"));
-  if (job.extending)
-    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
   const std::int64_t present = job.plan->spec.render.samples;
   if (samples <= present)
     throw Error(ErrorKind::bad_input,
@@ -56,7 +61,8 @@ boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samp
   } catch (const std::exception&) {
     error = std::current_exception();
   }
-  known(id).extending = false;
+  // A coordinator that stops leaves it so: the scheduler's word on the job is not its state.
+  if (!stopping_) known(id).extending = false;
   files_changed_.notify();
   if (error) std::rethrow_exception(error);
 }
@@ -67,7 +73,7 @@ boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int6
     // Also where a cancel was under way, which the store then refused.
     if (!known(id).ending) perform(scheduler_.cancel_job(id, now()));
     const Job& job = known(id);
-    return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended);
+    return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended && !job.broken);
   };
   while (busy() && !stopping_) co_await files_changed_.wait();
   if (stopping_) throw Error(ErrorKind::failed, "the coordinator stops");
@@ -96,20 +102,38 @@ boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int6
   log::info("job {} goes on to {} samples", id, samples);
 }
 
+boost::asio::awaitable<JobContent> CoordinatorImpl::read_surely(JobId id) {
+  const std::function<JobContent()> read = [this, id] { return read_job(*store_, id); };
+  for (Duration wait = retry_first;; wait = std::min(2 * wait, retry_most)) {
+    try {
+      co_return co_await on<JobContent>(checkpoints_, read);
+    } catch (const std::exception& error) {
+      if (crew_.stopping()) throw;
+      log::error("job {}: what is kept of it could not be read: {}", id, error.what());
+      known(id).trouble = error.what();
+    }
+    tell_job(id);
+    co_await crew_.pause(wait);
+  }
+}
+
 boost::asio::awaitable<void> CoordinatorImpl::reopen(JobRecord record) {
   const JobId id = record.id;
-  const std::function<JobContent()> read = [this, id] { return read_job(*store_, id); };
-  const JobContent content = co_await on<JobContent>(checkpoints_, read);
+  const JobContent content = co_await read_surely(id);
   tell_frames(frame_news_.forget(id));
   films_.forget(id);
   pictures_.forget(id);
   Job& job = known(id);
   const std::set<std::int32_t> files = job.files;
   const std::uint64_t failures = job.failures;
+  const int arriving = job.arriving;
+  const int at_work = job.at_work;
   const bool same_plan = record.extended_from == job.record.extended_from;
   job = Job(record, now(), unix_millis_now());
   job.extending = true;
   job.failures = failures;
+  job.arriving = arriving;
+  job.at_work = at_work;
   if (same_plan) job.files = files;
   for (auto& [worker, entry] : workers_) entry.told.erase(id);
   perform(scheduler_.replace_job(id, job.plan, now(), job.earlier_plans));

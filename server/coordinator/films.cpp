@@ -1,6 +1,7 @@
 #include "server/coordinator/films.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/post.hpp>
 
 #include "common/base/error.hpp"
@@ -12,6 +13,10 @@ namespace tessera::server {
 namespace {
 /// Folds in one piece of the pool's work, so that others get their turn in between.
 constexpr std::size_t folds_per_batch = 64;
+/// Pauses before what could not be read back is tried again.
+constexpr std::array<Duration, 3> retries = {std::chrono::milliseconds(100),
+                                             std::chrono::milliseconds(400),
+                                             std::chrono::milliseconds(1600)};
 }  // namespace
 
 Films::Films(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes, Crew& crew,
@@ -96,6 +101,7 @@ void Films::fold(Fold& fold) const {
     const std::uint32_t tile = fold.work.tile;
     auto sums = begin(plan, fold.work);
     for (const FoldWork::Pass& pass : fold.work.passes) {
+      if (sums == fold.work.own && pass.pass < sums->passes) continue;  // by an earlier try
       if (sums->passes != pass.pass)
         throw Error(ErrorKind::failed, "what is kept of a film does not follow on itself");
       if (pass.tile) {
@@ -106,15 +112,23 @@ void Films::fold(Fold& fold) const {
       }
     }
     fold.folded = std::move(sums);
+    fold.error.clear();
   } catch (const std::exception& error) {
     fold.error = error.what();
   }
 }
 
 void Films::finish(const Batch& batch) {
+  std::vector<Fold> failed;
   for (Fold& one : *batch) {
     Frame& frame = *one.frame;
     if (frame.gone) continue;
+    if (!one.error.empty() && one.tries < retries.size() && !crew_.stopping()) {
+      log::warn("job {} frame {}: its film could not be read back: {}", frame.job,
+                frame.film.frame(), one.error);
+      failed.push_back(std::move(one));
+      continue;
+    }
     if (!one.error.empty()) {
       frame.error = one.error;
       hooks_.failed(frame.job, one.error);
@@ -130,10 +144,19 @@ void Films::finish(const Batch& batch) {
     }
     frame.changed.notify();
   }
+  if (!failed.empty())
+    crew_.start("a fold", fold_again(std::make_shared<std::vector<Fold>>(std::move(failed))));
   batch->clear();
   trim();
   flush();
   hooks_.settled();
+}
+
+boost::asio::awaitable<void> Films::fold_again(Batch batch) {
+  std::size_t tries = retries.size() - 1;
+  for (Fold& one : *batch) tries = std::min(tries, one.tries++);
+  co_await crew_.pause(retries[tries]);
+  post(std::move(batch));
 }
 
 void Films::trim() {

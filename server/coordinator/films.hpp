@@ -28,7 +28,7 @@ class Films {
   struct Hooks {
     /// Passes [0, passes) of the tile are folded; the frame has a new version.
     std::function<void(JobId, std::int32_t frame, std::uint32_t tile, std::uint32_t passes)> folded;
-    /// A result that was durable could not be read back.
+    /// A result that was durable could not be read back, however often it was tried.
     std::function<void(JobId, const std::string& reason)> failed;
     /// A batch of folds has ended.
     std::function<void()> settled;
@@ -90,12 +90,15 @@ class Films {
     FoldWork work;
     std::shared_ptr<FilmTile> folded;
     std::string error;
+    std::size_t tries = 0;  ///< that have failed, each followed by another
   };
   using Batch = std::shared_ptr<std::vector<Fold>>;
 
   void touch(const FramePtr& frame, std::uint32_t tile);
   void post(Batch batch);
   void fold(Fold& fold) const;
+  /// After a pause, for what is out of descriptors or memory now may have them then.
+  boost::asio::awaitable<void> fold_again(Batch batch);
   [[nodiscard]] std::shared_ptr<FilmTile> begin(const JobPlan& plan, const FoldWork& work) const;
   void finish(const Batch& batch);
   void trim();

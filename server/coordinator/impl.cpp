@@ -98,6 +98,7 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
                 [this](const std::string& reason) { results_refused(reason); }}) {}
 
 CoordinatorImpl::~CoordinatorImpl() {
+  alive_.reset();
   // After stop() there is nothing left to do. Without it this is as if the process had been killed:
   // what is on the pools is dropped, and what they posted must not run any more.
   stopped_ = true;
@@ -240,8 +241,9 @@ void CoordinatorImpl::perform_one(const DropWorker& drop) {
 void CoordinatorImpl::perform_one(const JobFailed& failed) {
   Job* job = find(failed.job);
   if (!job || job->ending || job->ended) return;
-  log::error("job {} has failed: {}", failed.job, failed.reason);
   job->ending = true;
+  if (job->broken) return;
+  log::error("job {} has failed: {}", failed.job, failed.reason);
   crew_.start("a job's failure", abandon_job(failed.job, "failed", failed.reason));
 }
 

@@ -96,8 +96,13 @@ class CoordinatorImpl : public Coordinator {
   /// Counts a coroutine that ends or keeps something of the job, as long as it lives.
   class AtWork {
    public:
-    AtWork(Job& job, Signal& changed) : job_(job), changed_(changed) { ++job_.at_work; }
+    AtWork(CoordinatorImpl& of, JobId job)
+        : alive_(of.alive_), job_(of.known(job)), changed_(of.files_changed_) {
+      ++job_.at_work;
+    }
+    /// A coordinator that is destroyed without stop() may be gone before its coroutines are.
     ~AtWork() {
+      if (alive_.expired()) return;
       --job_.at_work;
       changed_.notify();
     }
@@ -105,6 +110,7 @@ class CoordinatorImpl : public Coordinator {
     AtWork& operator=(const AtWork&) = delete;
 
    private:
+    std::weak_ptr<const char> alive_;
     Job& job_;
     Signal& changed_;
   };
@@ -175,6 +181,8 @@ class CoordinatorImpl : public Coordinator {
   /// Throws Error if the job cannot go on to so many samples.
   void check_extension(const Job& job, std::int64_t samples) const;
   boost::asio::awaitable<void> extend_checked(JobId id, std::int64_t samples);
+  /// What the store holds of the job, however often it takes, or until stop(), which throws.
+  boost::asio::awaitable<JobContent> read_surely(JobId id);
   /// The job begins anew with this record and what the store holds of it.
   boost::asio::awaitable<void> reopen(JobRecord record);
 
@@ -281,6 +289,7 @@ class CoordinatorImpl : public Coordinator {
   StorageUse measured_;
   std::uint64_t reserve_ = 0;  ///< bytes of the file system
   bool collect_soon_ = false;  ///< a job needs its blobs no more
+  bool compacting_ = false;    ///< a frame that is under way is being checkpointed
   bool holding_ = false;
   bool stopping_ = false;
   boost::asio::thread_pool pool_;         ///< decodes and folds
@@ -291,6 +300,7 @@ class CoordinatorImpl : public Coordinator {
   std::atomic<bool> stopped_{false};      ///< for what is long on other threads
   Films films_;
   ResultPipeline results_;
+  std::shared_ptr<const char> alive_ = std::make_shared<const char>();  ///< as long as this is
 };
 
 template <class Result>

@@ -100,8 +100,12 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   JobStatus status;
   if (view) {
     status.view = *view;
-    if (ended) {
+    if (ended || extending) {
+      // Between its two plans the scheduler has let go of the job, which is nobody's business.
       status.view.state = record.state;
+    } else if (broken && ending) {
+      status.view.state = "failed";
+      status.view.error = unreadable;
     } else if (view->state == "done") {
       status.view.state = "rendering";
     }

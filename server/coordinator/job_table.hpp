@@ -42,7 +42,8 @@ struct Job {
   bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
   bool ending = false;     ///< the scheduler is done with it; files and state are being written
   bool ended = false;      ///< the end is durable
-  bool broken = false;     ///< what was durable cannot be read back: it can only fail
+  bool broken = false;     ///< what was durable cannot be read back: it has failed in this run
+  std::string unreadable;  ///< then: why
 
   /// What the store is to have now.
   [[nodiscard]] const JobRecord& to_keep() const { return end ? *end : record; }

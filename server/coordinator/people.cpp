@@ -168,18 +168,20 @@ boost::asio::awaitable<void> CoordinatorImpl::until_unchanging(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
-  Job& job = live(id);
+  // What cannot be read back is kept until the job is cancelled.
+  const Job& known_job = known(id);
+  const bool broken =
+      known_job.broken && known_job.ending && !known_job.ended && !known_job.extending;
+  Job& job = broken ? known(id) : live(id);
   job.ending = true;
+  job.broken = false;
   const JobRecord end = job.end_record("cancelled", "", now(), unix_millis_now());
   job.end = end;
   const std::exception_ptr error = co_await save_or_error(id);
-  if (job.broken) {  // it has failed meanwhile, and ends so
-    if (error) std::rethrow_exception(error);
-    co_return;
-  }
   job.end.reset();
   if (error) {
-    job.ending = false;
+    job.broken = job.broken || broken;
+    job.ending = job.broken;
     keep(job);
     // What the scheduler said meanwhile was not heard.
     const auto view = scheduler_.job(id, now());

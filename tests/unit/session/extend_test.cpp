@@ -1,6 +1,9 @@
 // More samples for a job that is done or under way: the bits of a job that was submitted with them.
 #include <gmock/gmock.h>
 
+#include <boost/asio/post.hpp>
+#include <fstream>
+
 #include "server/store/store.hpp"
 #include "tests/unit/session/farm.hpp"
 
@@ -125,6 +128,50 @@ TEST_F(Extend, JobUnderWayGoesOnAndLateResultsOfItsOldPlanAreStaleAndNoFault) {
     EXPECT_EQ(difference_from_straight_fold(farm, with_samples(spec, 100), id), std::nullopt);
   };
   farm.run(scenario());
+}
+
+TEST_F(Extend, JobUnderWayIsNeverShownAsCancelledMeanwhile) {
+  ScriptedWorker worker("w");
+  std::set<std::string> shown;
+  bool extended = false;
+  const auto look = [&]() -> awaitable<void> {
+    while (!extended) {
+      shown.insert(farm.coordinator->job(id)->view.state);
+      co_await boost::asio::post(*farm.io, boost::asio::use_awaitable);
+    }
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return worker.accepted > 5; });
+    const auto events = farm.coordinator->subscribe(id);
+    const auto looked = farm.go(look());
+    co_await farm.coordinator->extend(id, 100);
+    extended = true;
+    co_await worker.work([&] { return done() && *looked; });
+    while (const auto event = co_await events->next(std::chrono::milliseconds(300)))
+      EXPECT_THAT(event->data, testing::Not(HasSubstr("cancelled")));
+  };
+  farm.run(scenario());
+  EXPECT_EQ(shown, (std::set<std::string>{"rendering"}));
+}
+
+TEST_F(Extend, StopWhileAFilmCannotBeKeptLeavesItsResultsToTheNextStart) {
+  ScriptedWorker worker("w");
+  const std::filesystem::path folder = farm.data / "checkpoints";
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    std::filesystem::remove_all(folder);
+    std::ofstream(folder) << "no folder";
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return done(); });
+    co_await sleep_for(std::chrono::milliseconds(50));
+    co_await farm.halt();
+  };
+  farm.run(scenario());
+  worker.vanish();
+  std::filesystem::remove(folder);
+  EXPECT_EQ(store()->jobs_with_results(), std::vector<JobId>{id});
 }
 
 TEST_F(Extend, FramesThatWereFinishedGoOnToo) {
