@@ -102,10 +102,11 @@ class CoordinatorImpl : public Coordinator {
     }
     /// A coordinator that is destroyed without stop() may be gone before its coroutines are.
     ~AtWork() {
-      if (alive_.expired()) return;
+      if (!alive()) return;
       --job_.at_work;
       changed_.notify();
     }
+    [[nodiscard]] bool alive() const { return !alive_.expired(); }
     AtWork(const AtWork&) = delete;
     AtWork& operator=(const AtWork&) = delete;
 
@@ -119,8 +120,12 @@ class CoordinatorImpl : public Coordinator {
   /// that what one takes back is what stood before it.
   class Changing {
    public:
-    Changing(Job& job, Signal& changed) : working_(job, changed), job_(job) { job.changing = true; }
-    ~Changing() { job_.changing = false; }
+    Changing(CoordinatorImpl& of, JobId job) : working_(of, job), job_(of.known(job)) {
+      job_.changing = true;
+    }
+    ~Changing() {
+      if (working_.alive()) job_.changing = false;
+    }
     Changing(const Changing&) = delete;
     Changing& operator=(const Changing&) = delete;
 

@@ -199,7 +199,7 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
 boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
   co_await until_unchanging(id);
   Job& job = live(id);
-  const Changing turn(job, files_changed_);
+  const Changing turn(*this, id);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
   const std::string before = std::exchange(job.record.state, "paused");
   if (const auto error = co_await save_or_error(id)) {
@@ -215,7 +215,7 @@ boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
   co_await until_unchanging(id);
   Job& job = live(id);
   if (job.record.state != "paused") co_return;
-  const Changing turn(job, files_changed_);
+  const Changing turn(*this, id);
   const std::string after = job.record.started != 0 ? "rendering" : "queued";
   job.record.state = after;
   if (const auto error = co_await save_or_error(id)) {
@@ -231,7 +231,7 @@ boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change)
   co_await until_unchanging(id);
   Job& job = live(id);
   check_change(change, job.record.spec.render);
-  const Changing turn(job, files_changed_);
+  const Changing turn(*this, id);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
   const JobChange before = exchanged(job.record, change);
   if (const auto error = co_await save_or_error(id)) {
