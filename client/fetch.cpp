@@ -27,7 +27,7 @@ std::string text_of(const std::vector<std::int32_t>& frames) {
 std::vector<std::int32_t> wanted(const FetchOptions& options, const Json& object) {
   const FrameList has = frames_of_job(object);
   if (options.frame) return {*options.frame};
-  const std::vector<std::int32_t> ready = frames_with_picture(object, has);
+  std::vector<std::int32_t> ready = frames_with_picture(object, has);
   if (!options.frames) {
     const bool all = options.output.filename().string().find('#') != std::string::npos;
     if (!all) return {static_cast<std::int32_t>(has.first())};
