@@ -3,23 +3,41 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <stdexcept>
 #include <thread>
 
 namespace tessera::farm_test {
 
+namespace {
+
+/// Root needs no user namespace of its own, and is refused one in some containers.
+bool is_root() { return ::geteuid() == 0; }
+
+std::vector<std::string> in_a_new_namespace() {
+  if (is_root()) return {"/usr/bin/unshare", "--mount"};
+  return {"/usr/bin/unshare", "--user", "--map-root-user", "--mount"};
+}
+
+std::vector<std::string> with_small_tmpfs(const std::filesystem::path& mount, std::size_t bytes) {
+  std::vector<std::string> all = in_a_new_namespace();
+  const std::string script = "mount -t tmpfs -o size=" + std::to_string(bytes) +
+                             " tmpfs \"$0\" && echo mounted && exec sleep 3600";
+  for (const std::string& word :
+       {std::string("/bin/sh"), std::string("-c"), script, mount.string()})
+    all.push_back(word);
+  return all;
+}
+
+}  // namespace
+
 SmallDisk::SmallDisk(std::size_t bytes)
-    : holder_({"/usr/bin/unshare", "--user", "--map-root-user", "--mount", "/bin/sh", "-c",
-               "mount -t tmpfs -o size=" + std::to_string(bytes) +
-                   " tmpfs \"$0\" && echo mounted "
-                   "&& exec sleep 3600",
-               mount_.path().string()},
-              logs_ / "holder") {
+    : holder_(with_small_tmpfs(mount_.path(), bytes), logs_ / "holder") {
   const auto end = std::chrono::steady_clock::now() + Seconds(20);
   while (holder_.output() != "mounted\n") {
     if (!holder_.running() || std::chrono::steady_clock::now() > end)
       throw std::runtime_error(
-          "a tmpfs in a user namespace cannot be had here, and the tests of full disks need one "
+          "a tmpfs in a mount namespace cannot be had here, and the tests of full disks need one "
           "(configure with -DTESSERA_TEST_FULL_DISK=OFF to leave them out): " +
           holder_.errors());
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -27,8 +45,9 @@ SmallDisk::SmallDisk(std::size_t bytes)
 }
 
 std::vector<std::string> SmallDisk::inside() const {
-  return {"/usr/bin/nsenter", "--preserve-credentials",     "--user", "--mount",
-          "--target",         std::to_string(holder_.pid())};
+  const std::string target = std::to_string(holder_.pid());
+  if (is_root()) return {"/usr/bin/nsenter", "--mount", "--root", "--target", target};
+  return {"/usr/bin/nsenter", "--preserve-credentials", "--user", "--mount", "--target", target};
 }
 
 std::filesystem::path SmallDisk::ballast() const {
