@@ -37,7 +37,7 @@ std::unique_ptr<DiskFile> held(Disk& disk, const std::filesystem::path& folder, 
 /// to be, before anything is built on it.
 std::filesystem::path settled_database(Disk& disk, const std::filesystem::path& folder,
                                        bool durable) {
-  const std::filesystem::path file = folder / "tessera.db";
+  std::filesystem::path file = folder / "tessera.db";
   if (durable)
     for (const char* log : {"-journal", "-wal"}) settle(disk, file.string() + log);
   return file;
