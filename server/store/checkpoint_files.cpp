@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cassert>
-#include <charconv>
 #include <cstring>
 #include <string_view>
 
@@ -46,15 +45,6 @@ std::uint32_t word(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
   std::memcpy(&value, bytes.data() + at, sizeof value);
   return value;
-}
-
-/// What was named and is not there any more is a failure, and no mistake of who asks.
-std::unique_ptr<DiskFile> opened(const Disk& disk, const std::filesystem::path& file) {
-  try {
-    return disk.open(file);
-  } catch (const Error& error) {
-    throw Error(ErrorKind::failed, error.message(), error.place());
-  }
 }
 
 }  // namespace
@@ -130,7 +120,7 @@ std::unique_ptr<CheckpointWriter> CheckpointFiles::begin(JobId job, std::int32_t
 }
 
 std::vector<std::byte> CheckpointFiles::read(const CheckpointPlace& place) const {
-  const auto file = opened(disk_, path_of(place.number));
+  const auto file = open_named(disk_, path_of(place.number));
   const auto fail = [&](const char* what) {
     throw Error(ErrorKind::failed,
                 fmt::format("{} at {}: {}", file->path().string(), place.offset, what));
@@ -153,15 +143,7 @@ std::vector<std::byte> CheckpointFiles::read(const CheckpointPlace& place) const
 }
 
 std::set<std::uint64_t> CheckpointFiles::numbers() const {
-  std::set<std::uint64_t> found;
-  for (const std::string& name : disk_.names(folder_)) {
-    if (!name.ends_with(extension)) continue;
-    const std::string stem = name.substr(0, name.size() - extension.size());
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
-    if (error == std::errc() && end == stem.data() + stem.size()) found.insert(number);
-  }
-  return found;
+  return numbered_files(disk_, folder_, extension);
 }
 
 std::uint64_t CheckpointFiles::size_of(std::uint64_t number) const {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -135,6 +136,27 @@ void make_folder(Disk& disk, const fs::path& folder, bool durable) {
     throw Error(ErrorKind::failed, error.message(), error.place());
   }
   if (durable) disk.sync_folder(folder.parent_path());
+}
+
+std::unique_ptr<DiskFile> open_named(const Disk& disk, const std::filesystem::path& file) {
+  try {
+    return disk.open(file);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::failed, error.message(), error.place());
+  }
+}
+
+std::set<std::uint64_t> numbered_files(const Disk& disk, const std::filesystem::path& folder,
+                                       std::string_view extension) {
+  std::set<std::uint64_t> found;
+  for (const std::string& name : disk.names(folder)) {
+    if (!name.ends_with(extension)) continue;
+    const std::string stem = name.substr(0, name.size() - extension.size());
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
+    if (error == std::errc() && end == stem.data() + stem.size()) found.insert(number);
+  }
+  return found;
 }
 
 void make_folders(Disk& disk, const fs::path& folder, bool durable) {

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// The files that the store works on, and nothing more of them than it needs: the system's, or a
@@ -65,6 +67,14 @@ class Disk {
 
 /// The machine's.
 std::shared_ptr<Disk> system_disk();
+
+/// To read alone what is named in the database: that it is not there is a failure, and no mistake
+/// of who asks.
+std::unique_ptr<DiskFile> open_named(const Disk& disk, const std::filesystem::path& file);
+
+/// The numbers of the files NUMBER + `extension` in the folder.
+std::set<std::uint64_t> numbered_files(const Disk& disk, const std::filesystem::path& folder,
+                                       std::string_view extension);
 
 /// Makes what can be read of the file certain, if it is there: also where a sync of it had failed,
 /// after which the system still shows what it has not written, and no other sync would write it.

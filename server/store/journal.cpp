@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 
 #include "common/base/error.hpp"
@@ -30,15 +29,6 @@ std::array<std::byte, header_size> segment_header() {
   std::memcpy(header.data(), magic.data(), magic.size());
   std::memcpy(header.data() + magic.size(), &version, sizeof version);
   return header;
-}
-
-/// A segment that was indexed and is not there any more is a failure, and no mistake of who asks.
-std::unique_ptr<DiskFile> opened(const Disk& disk, const std::filesystem::path& segment) {
-  try {
-    return disk.open(segment);
-  } catch (const Error& error) {
-    throw Error(ErrorKind::failed, error.message(), error.place());
-  }
 }
 
 }  // namespace
@@ -72,15 +62,7 @@ std::filesystem::path Journal::path_of(std::uint64_t segment) const {
 }
 
 std::set<std::uint64_t> Journal::segments() const {
-  std::set<std::uint64_t> found;
-  for (const std::string& name : disk_.names(folder_)) {
-    if (!name.ends_with(extension)) continue;
-    const std::string stem = name.substr(0, name.size() - extension.size());
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), number);
-    if (error == std::errc() && end == stem.data() + stem.size()) found.insert(number);
-  }
-  return found;
+  return numbered_files(disk_, folder_, extension);
 }
 
 std::uint64_t Journal::size_of(std::uint64_t segment) const {
@@ -163,7 +145,7 @@ void Journal::undo() {
 }
 
 StoredResult Journal::read(const ResultPlace& place) const {
-  const auto file = opened(disk_, path_of(place.segment));
+  const auto file = open_named(disk_, path_of(place.segment));
   if (place.length < record_prefix || place.length > record_most ||
       place.offset + place.length > file->size()) {
     throw Error(ErrorKind::failed, fmt::format("{} has no record of {} bytes at {}",

@@ -2,12 +2,27 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <map>
 #include <tuple>
 
-#include "tests/farm/farm.hpp"
-
 namespace tessera::farm_test {
+
+PictureJob lasting(Seconds time, PictureJob job) {
+  Farm farm;
+  farm.add_worker();
+  farm.add_worker();
+  EXPECT_TRUE(farm.wait_for_workers(2, Seconds(30))) << farm.logs();
+  PictureJob probe = job;
+  probe.samples = 64;
+  const auto start = std::chrono::steady_clock::now();
+  farm.finish(farm.submit(scene_path(), arguments_of(probe)));
+  const Seconds taken = std::chrono::steady_clock::now() - start;
+  const double samples = probe.samples * std::max(1.0, time / taken);
+  job.samples = static_cast<int>(std::min(samples, 20000.0));
+  return job;
+}
 
 std::string scene_path() { return (sources() / "scenes/cornell.json").string(); }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "common/image/picture.hpp"
+#include "tests/farm/farm.hpp"
 
 /// Pictures as they come out where nothing is disturbed, and whether another has the same bits.
 namespace tessera::farm_test {
@@ -14,6 +15,10 @@ struct PictureJob {
   int tile = 64;
   int seed = 0;
 };
+
+/// With as many samples as two workers of this machine, busy as it is, are at for about so long:
+/// what is disturbed for seconds must not be done meanwhile, however fast the machine.
+PictureJob lasting(Seconds time, PictureJob job);
 
 /// The scene that farm tests render.
 std::string scene_path();

@@ -38,7 +38,7 @@ TEST(Stops, of_workers_and_coordinator_by_turns_leave_the_same_bits) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> how_long(0.05, 1.5), soon(0, 0.02);
   std::uniform_int_distribution<std::size_t> anyone(0, 2);
-  const PictureJob job{.tile = 16};
+  const PictureJob job = lasting(Seconds(12), {.tile = 16});
   Farm farm;
   farm.add_worker();
   farm.add_worker();
