@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "common/job/job_spec.hpp"
+#include "common/scene/material.hpp"
+#include "common/scene/texture.hpp"
 
 /// A scene as a person wrote it, parsed and checked, before anything renders. Right-handed, y up by
 /// convention, metres unless the file's author thinks otherwise; colours are linear Rec.709.
@@ -15,7 +17,6 @@ namespace tessera::scene {
 
 using Vec3 = std::array<double, 3>;
 using Vec2 = std::array<double, 2>;
-using Color = std::array<double, 3>;
 
 /// Affine, row-major 3×4: p' = M·(p, 1).
 struct Transform {
@@ -29,33 +30,6 @@ std::optional<double> uniform_scale(const Transform& t);
 /// True if the linear part maps space to something flat, or to numbers that cannot be computed
 /// with.
 bool is_singular(const Transform& t);
-
-// ---- materials ----
-/// Lambertian reflection, one-sided emission none; both sides scatter.
-struct Diffuse {
-  Color reflectance{0.5, 0.5, 0.5};  ///< 0…1
-};
-/// Perfect specular reflection.
-struct Mirror {
-  Color reflectance{1, 1, 1};  ///< 0…1
-};
-/// Smooth interface between air and a dielectric; the shape must be closed for refraction to make
-/// sense.
-struct Dielectric {
-  double ior = 1.5;              ///< inside over outside, > 0
-  Color transmittance{1, 1, 1};  ///< multiplies what passes the interface, 0…1
-  Color reflectance{1, 1, 1};    ///< multiplies what is reflected, 0…1
-};
-/// Emits, and may scatter as a diffuse surface besides.
-struct Emitter {
-  Color radiance{1, 1, 1};     ///< W·sr⁻¹·m⁻², ≥ 0
-  bool two_sided = false;      ///< else it emits only on the side of the geometric normal
-  Color reflectance{0, 0, 0};  ///< Lambertian, on both sides, 0…1
-};
-struct Material {
-  std::string name;
-  std::variant<Diffuse, Mirror, Dielectric, Emitter> surface;
-};
 
 // ---- shapes, each in its own space ----
 /// Parallelogram: corner + s·edge_u + t·edge_v, s, t in 0…1; the normal is along edge_u × edge_v.
@@ -72,12 +46,17 @@ struct Sphere {
 struct Box {
   Vec3 low{0, 0, 0}, high{1, 1, 1};
 };
-/// Triangles, counter-clockwise from outside. Counts are those of vertices; normals and uvs are
+/// Triangles, counter-clockwise from outside. Counts are those of vertices; all but positions are
 /// empty or as many.
 struct Mesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<float, 3>> normals;
-  std::vector<std::array<float, 2>> uvs;
+  std::vector<std::array<float, 2>> uvs;   ///< set 0; (0, 0) is a picture's upper left, v runs down
+  std::vector<std::array<float, 2>> uvs1;  ///< set 1
+  /// Unit, with the bitangent's sign as fourth: bitangent = cross(normal, tangent)·w. Empty: made
+  /// from uvs 0 where a normal map wants them.
+  std::vector<std::array<float, 4>> tangents;
+  std::vector<std::array<float, 4>> colors;  ///< linear R, G, B, A
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 struct Shape {
@@ -112,6 +91,8 @@ struct Scene {
   std::string name;
   std::vector<Camera> cameras;  ///< at least one
   std::optional<Environment> environment;
+  std::vector<Image> images;
+  std::vector<Texture> textures;
   std::vector<Material> materials;
   std::vector<Shape> shapes;  ///< placed once, in the world
   std::vector<Object> objects;
