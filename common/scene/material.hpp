@@ -9,20 +9,32 @@
 /// What surfaces are made of.
 namespace tessera::scene {
 
-/// Lambertian reflection, one-sided emission none; both sides scatter.
+/// Diffuse reflection, Lambertian where it is smooth; both sides scatter alike.
 struct Diffuse {
   Color reflectance{0.5, 0.5, 0.5};  ///< 0…1
+  double roughness = 0;              ///< 0…1, of the EON model; 0 is Lambert's
 };
 /// Perfect specular reflection.
 struct Mirror {
   Color reflectance{1, 1, 1};  ///< 0…1
 };
-/// Smooth interface between air and a dielectric; the shape must be closed for refraction to make
-/// sense.
+/// A metal, by its complex index of refraction for each of the three colours.
+struct Conductor {
+  Color eta{0.2, 0.92, 1.1}, k{3.91, 2.45, 2.14};  ///< ≥ 0; against air
+  double roughness = 0;                            ///< 0…1; α is its square
+  double anisotropy = 0;                           ///< 0…1, as in Principled
+  double anisotropy_rotation = 0;                  ///< radians, as in Principled
+};
+/// The interface of a dielectric; unless it is thin-walled, the shape must be closed for refraction
+/// to make sense.
 struct Dielectric {
-  double ior = 1.5;              ///< inside over outside, > 0
-  Color transmittance{1, 1, 1};  ///< multiplies what passes the interface, 0…1
-  Color reflectance{1, 1, 1};    ///< multiplies what is reflected, 0…1
+  double ior = 1.5;                  ///< of the inside, > 0
+  Color transmittance{1, 1, 1};      ///< multiplies what passes the interface, 0…1
+  Color reflectance{1, 1, 1};        ///< multiplies what is reflected, 0…1
+  double roughness = 0;              ///< 0…1; α is its square
+  bool thin_walled = false;          ///< a pane: two interfaces, nothing is bent
+  Color attenuation_color{1, 1, 1};  ///< what is left after attenuation_distance
+  double attenuation_distance = 0;   ///< scene lengths; 0: the inside absorbs nothing
 };
 /// Emits, and may scatter as a diffuse surface besides.
 struct Emitter {
@@ -66,9 +78,15 @@ struct Opacity {
   ScalarInput alpha;
 };
 
+/// Two other materials, of which each does its part. Neither may be a mix itself, or emit.
+struct Mix {
+  std::uint32_t first = 0, second = 0;  ///< indices into Scene::materials
+  ScalarInput amount{.factor = 0.5};    ///< of the second, 0…1
+};
+
 struct Material {
   std::string name;
-  std::variant<Diffuse, Mirror, Dielectric, Emitter> surface;
+  std::variant<Diffuse, Mirror, Dielectric, Emitter, Conductor, Principled, Mix> surface;
   Opacity opacity;
   std::optional<NormalMap> normal_map;
   std::optional<BumpMap> bump_map;

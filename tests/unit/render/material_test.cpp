@@ -15,7 +15,8 @@ Closure at(const scene::Material& material, const Vec3& wo) {
 }
 
 TEST(Material, TheTableHoldsEveryKindOfTheDescription) {
-  EXPECT_THAT(material_names(), testing::ElementsAre("diffuse", "mirror", "dielectric", "emitter"));
+  EXPECT_THAT(material_names(), testing::ElementsAre("diffuse", "mirror", "dielectric", "emitter",
+                                                     "conductor", "principled", "mix"));
 }
 
 TEST(Material, DiffuseBecomesOneSmoothLobe) {

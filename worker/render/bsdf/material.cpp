@@ -7,6 +7,15 @@ namespace tessera::render {
 
 namespace {
 
+/// ((η − 1)² + k²) / ((η + 1)² + k²), the reflectance of a conductor seen along its normal.
+Color normal_reflectance(const Color& eta, const Color& k) {
+  const auto of = [](float n, float extinction) {
+    const float k2 = extinction * extinction;
+    return ((n - 1) * (n - 1) + k2) / ((n + 1) * (n + 1) + k2);
+  };
+  return {of(eta.r, k.r), of(eta.g, k.g), of(eta.b, k.b)};
+}
+
 void append(CompiledMaterial& material, const Instruction& instruction) {
   assert(material.count < CompiledMaterial::instructions_max);
   material.program[static_cast<std::size_t>(material.count++)] = instruction;
@@ -42,6 +51,29 @@ void compile_emitter(const scene::Material& source, CompiledMaterial& out) {
     append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = reflectance}});
 }
 
+void compile_conductor(const scene::Material& source, CompiledMaterial& out) {
+  const auto& conductor = std::get<scene::Conductor>(source.surface);
+  append(out,
+         {.lobe = {.kind = LobeKind::mirror,
+                   .weight = normal_reflectance(to_color(conductor.eta), to_color(conductor.k))}});
+}
+
+/// What is diffuse of it, and what it emits.
+void compile_principled(const scene::Material& source, CompiledMaterial& out) {
+  const auto& principled = std::get<scene::Principled>(source.surface);
+  const Color base = to_color(principled.base_color.factor);
+  const Color emission = principled.unlit ? base : to_color(principled.emission.factor);
+  if (!is_black(emission)) {
+    if (!principled.unlit) out.radiance = emission;
+    out.two_sided = true;
+    append(out, {.code = Instruction::Code::emit_two_sided, .radiance = emission});
+  }
+  if (!principled.unlit) append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = base}});
+}
+
+/// A mix has no steps of its own: compile_all() joins those of its two.
+void compile_mix(const scene::Material& /*source*/, CompiledMaterial& /*out*/) {}
+
 struct Entry {
   std::string_view name;
   void (*compile)(const scene::Material&, CompiledMaterial&);
@@ -53,6 +85,9 @@ constexpr Entry materials[] = {
     {"mirror", compile_mirror},
     {"dielectric", compile_dielectric},
     {"emitter", compile_emitter},
+    {"conductor", compile_conductor},
+    {"principled", compile_principled},
+    {"mix", compile_mix},
 };
 static_assert(std::size(materials) == std::variant_size_v<decltype(scene::Material::surface)>);
 
