@@ -72,6 +72,15 @@ void CheckpointWriter::discard() noexcept {
     disk_.remove(file_->path());
   } catch (const std::exception& error) {
     log::warn("{}", error.what());  // the next start removes it
+    count_what_stays();
+  }
+}
+
+void CheckpointWriter::count_what_stays() noexcept {
+  try {
+    bytes_ += disk_.open(file_->path())->size();
+  } catch (const std::exception& error) {
+    log::debug("{}", error.what());  // it is gone, or nothing can be read any more
   }
 }
 
@@ -160,12 +169,22 @@ std::filesystem::path CheckpointFiles::path_of(std::uint64_t number) const {
 }
 
 void CheckpointFiles::remove(std::uint64_t number) {
+  std::uint64_t size = 0;
   try {
-    const std::uint64_t size = size_of(number);
+    size = size_of(number);
     disk_.remove(path_of(number));
     bytes_ -= size;
   } catch (const Error& error) {
-    log::warn("{}", error.what());  // the next start removes it
+    log::warn("{}", error.what());  // the next start removes it, unless it is gone all the same
+    if (is_gone(number)) bytes_ -= size;
+  }
+}
+
+bool CheckpointFiles::is_gone(std::uint64_t number) const noexcept {
+  try {
+    return !numbers().contains(number);
+  } catch (const std::exception&) {
+    return false;  // nothing can be read any more
   }
 }
 

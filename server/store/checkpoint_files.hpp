@@ -30,6 +30,7 @@ class CheckpointWriter {
 
  private:
   void discard() noexcept;
+  void count_what_stays() noexcept;
 
   Disk& disk_;
   bool durable_;
@@ -61,6 +62,8 @@ class CheckpointFiles {
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:
+  [[nodiscard]] bool is_gone(std::uint64_t number) const noexcept;
+
   Disk& disk_;
   std::filesystem::path folder_;
   bool durable_;

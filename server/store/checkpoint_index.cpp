@@ -156,6 +156,8 @@ void Index::extend_job(const JobRecord& record, std::uint32_t passes) {
 
 void Index::forget_job(JobId job) {
   Transaction transaction(writer_);
+  delete_results(job);
+  delete_checkpoints(job);
   writer_.prepare("DELETE FROM failures WHERE job = ?1").run(job);
   writer_.prepare("DELETE FROM jobs WHERE id = ?1").run(job);
   transaction.commit();

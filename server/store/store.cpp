@@ -88,6 +88,11 @@ struct Store::State {
       if (!needed.contains(number)) checkpoints.remove(number);
     }
   }
+  [[nodiscard]] std::vector<std::uint64_t> checkpoints_of(JobId job) const {
+    std::vector<std::uint64_t> numbers;
+    for (const Checkpoint& held : index.checkpoints_of(job)) numbers.push_back(held.number);
+    return numbers;
+  }
   void remove_dead_segments() {
     const auto needed = index.segments();
     for (const std::uint64_t segment : journal.segments()) {
@@ -99,6 +104,12 @@ struct Store::State {
   void clean_up(std::span<const std::uint64_t> numbers = {}) noexcept {
     try {
       for (const std::uint64_t number : numbers) checkpoints.remove(number);
+      if (!doubtful.empty()) {
+        const auto needed = index.checkpoint_files();
+        for (const std::uint64_t number : doubtful)
+          if (!needed.contains(number)) checkpoints.remove(number);
+        doubtful.clear();
+      }
       remove_dead_segments();
     } catch (const std::exception& error) {
       log::warn("files that are needed no more are not all removed: {}; the next start tries again",
@@ -112,6 +123,8 @@ struct Store::State {
   Index index;
   Journal journal;
   CheckpointFiles checkpoints;
+  /// Checkpoints whose commit failed. It may yet come to light, until another one has succeeded.
+  std::vector<std::uint64_t> doubtful;
   std::array<std::uint8_t, 16> key{};
   std::uint64_t epoch = 0;
 };
@@ -192,15 +205,15 @@ void Store::forget_results(JobId job) {
 }
 
 void Store::end_job(JobId job) {
-  std::vector<std::uint64_t> numbers;
-  for (const Checkpoint& held : state_->index.checkpoints_of(job)) numbers.push_back(held.number);
+  const std::vector<std::uint64_t> numbers = state_->checkpoints_of(job);
   state_->index.end_job(job);
   state_->clean_up(numbers);
 }
 
 void Store::forget_job(JobId job) {
-  end_job(job);
+  const std::vector<std::uint64_t> numbers = state_->checkpoints_of(job);
   state_->index.forget_job(job);
+  state_->clean_up(numbers);
 }
 
 std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_t frame) const {
@@ -208,7 +221,13 @@ std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_
 }
 
 void Store::put_checkpoint(const Checkpoint& checkpoint) {
-  const auto before = state_->index.put_checkpoint(checkpoint);
+  std::optional<std::uint64_t> before;
+  try {
+    before = state_->index.put_checkpoint(checkpoint);
+  } catch (...) {
+    state_->doubtful.push_back(checkpoint.number);
+    throw;
+  }
   if (before) {
     state_->clean_up({&*before, 1});
   } else {

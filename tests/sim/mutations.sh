@@ -71,7 +71,7 @@ mutation pass-left-out-of-the-fold server/film/film_tile.cpp \
   's/^        sums\[i\] \+= n|for \(std::size_t i = 0; i < sums\.size\(\); \+\+i\) sums\[i\] \+= n/if (n != 3) &/' sim
 # ---- leases ----
 mutation lost-lease server/schedule/workers.cpp \
-  's/^  give_back_all\(gone, blame, actions\);$/  if (gone.leases.size() != 2) give_back_all(gone, blame, actions);/' sim
+  's/^  give_back_all\(gone, charge, actions\);$/  if (gone.leases.size() != 2) give_back_all(gone, charge, actions);/' sim
 mutation lease-unknown-after-a-restart server/schedule/lease_numbers.cpp \
   's/lease\.epoch > epoch_/lease.epoch != epoch_/' sim
 mutation taken-while-being-kept server/schedule/results.cpp \
