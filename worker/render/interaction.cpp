@@ -137,7 +137,6 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
   ShadingPoint& point = at.shading;
   point.wo = -ray.direction;
   point.normal = normalize(local.normal);
-  point.uv = {hit.u, hit.v};
   point.footprint = ray.cone_width + ray.cone_spread * hit.t;
   Vec3 n = point.normal;
   if (!local.flat) {
@@ -146,6 +145,13 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
     if (!(length_squared(n) > 0)) n = point.normal;
   }
   point.shading = Frame(n);
+  if (geometry.details != 0) {
+    point.detail = detail_at(geometry, placement, hit,
+                             {.direction = ray.direction,
+                              .normal = point.normal,
+                              .shading = n,
+                              .width = point.footprint});
+  }
   const float reach = max_of(absolute(at.p)), size = max_of(local.extent);
   // Never 0, not even at the origin of a face whose plane goes through it: a ray that starts in the
   // very plane meets it.

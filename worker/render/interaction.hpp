@@ -11,7 +11,7 @@ namespace tessera::render {
 /// normals).
 struct Interaction {
   Vec3 p;
-  ShadingPoint shading;  ///< wo, normals (outer side), uv, footprint
+  ShadingPoint shading;  ///< wo, normals (outer side), footprint, details
   float t = 0;           ///< distance along the ray that came here
   /// A ray that leaves starts this far along the geometric normal. It is a bound of the rounding
   /// error of p and of the intersector for this very primitive, so it scales with the scene and
@@ -55,6 +55,7 @@ inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
   for (const std::uint32_t vertex : geometry.triangles[face]) {
     __builtin_prefetch(&geometry.positions[vertex]);
     if (!geometry.normals.empty()) __builtin_prefetch(&geometry.normals[vertex]);
+    if (!geometry.uvs[0].empty()) __builtin_prefetch(&geometry.uvs[0][vertex]);
   }
 }
 

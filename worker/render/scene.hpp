@@ -10,6 +10,8 @@
 #include "worker/render/bsdf/material.hpp"
 #include "worker/render/lights/light_table.hpp"
 #include "worker/render/ray.hpp"
+#include "worker/render/surface_detail.hpp"
+#include "worker/render/textures/texture_table.hpp"
 #include "worker/render/vec.hpp"
 
 /// A scene in the form that renders. worker/scene makes it from a description; nothing here changes
@@ -30,6 +32,12 @@ struct Geometry {
   /// Per face: which emitter of its group it is, counted from 0, or no_id; empty where no face
   /// emits.
   accel::LargeVector<std::uint32_t> emitters;
+  /// What its materials want and it has (detail_flag); 0: hits are not asked for details.
+  std::uint8_t details = 0;
+  std::array<accel::LargeVector<Vec2>, 2> uvs;  ///< sets 0 and 1; one per position, or empty
+  accel::LargeVector<std::uint32_t> tangents;   ///< encode_tangent's, one per position, or empty
+  /// Linear R, G, B, A as shares of 65535, one per position, or empty.
+  accel::LargeVector<std::array<std::uint16_t, 4>> colors;
 
   [[nodiscard]] std::size_t faces() const { return materials.size(); }
   [[nodiscard]] std::size_t bytes() const;
@@ -59,6 +67,7 @@ struct Scene {
   std::vector<Group> groups;          ///< 0 is the world's
   std::vector<Placement> placements;  ///< 0 is the world's
   std::vector<CompiledMaterial> materials;
+  TextureTable textures;
   LightTable lights;
   /// How far before a light's sampled point a shadow ray must end, so that the light does not hide
   /// itself: its rounding error.

@@ -10,9 +10,30 @@ namespace {
 
 using render::Vec3d;
 
-bool is_ellipsoid(const scene::Shape& shape, const scene::Transform& transform) {
-  return std::holds_alternative<scene::Sphere>(shape.geometry) && !uniform_scale(transform);
+/// A scale that is the same in all directions and positive, and a shift: nothing else.
+bool keeps_directions(const scene::Transform& transform) {
+  const Matrix3 m = linear(transform);
+  for (std::size_t i = 0; i < 9; ++i) {
+    if (i % 4 == 0 ? m[i] != m[0] : m[i] != 0) return false;
+  }
+  return m[0] > 0;
 }
+
+/// Spheres that only an instance can show.
+class BentSpheres {
+ public:
+  explicit BentSpheres(std::span<const render::CompiledMaterial> materials)
+      : materials_(materials) {}
+
+  bool operator()(const scene::Shape& shape, const scene::Transform& transform) const {
+    if (!std::holds_alternative<scene::Sphere>(shape.geometry)) return false;
+    if (!uniform_scale(transform)) return true;
+    return materials_[shape.material].wants != 0 && !keeps_directions(transform);
+  }
+
+ private:
+  std::span<const render::CompiledMaterial> materials_;
+};
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Extent nothing{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
@@ -56,11 +77,13 @@ void grow_by_shape(Extent& extent, const PlacedShape& placed) {
 
 }  // namespace
 
-Arrangement arrange(scene::Scene& description) {
+Arrangement arrange(scene::Scene& description,
+                    std::span<const render::CompiledMaterial> materials) {
+  const BentSpheres is_bent(materials);
   Arrangement out;
   out.groups.resize(1);
   const auto add_to_world = [&](scene::Shape& shape, const scene::Transform& to_world) {
-    if (is_ellipsoid(shape, to_world)) {
+    if (is_bent(shape, to_world)) {
       out.groups.push_back({{&shape, scene::Transform{}}});
       out.placed.push_back({out.groups.size() - 1, to_world});
     } else {
@@ -82,7 +105,7 @@ Arrangement arrange(scene::Scene& description) {
     if (places[object].empty()) continue;
     std::vector<PlacedShape> together;
     for (scene::Shape& shape : shapes) {
-      if (!is_ellipsoid(shape, shape.to_world)) {
+      if (!is_bent(shape, shape.to_world)) {
         together.push_back({&shape, shape.to_world});
         continue;
       }

@@ -1,9 +1,11 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/scene/description.hpp"
+#include "worker/render/bsdf/material.hpp"
 
 namespace tessera::worker {
 
@@ -26,8 +28,9 @@ struct Arrangement {
 
 /// Shapes of the world and objects placed once go into the world. An object placed more often
 /// becomes a group. A sphere whose transform makes it an ellipsoid becomes a group of its own, as
-/// only an instance can bend it. Objects that nothing places are left out.
-Arrangement arrange(scene::Scene& description);
+/// only an instance can bend it; so does one that is turned and whose material wants details, as
+/// the sphere that renders has no orientation. Objects that nothing places are left out.
+Arrangement arrange(scene::Scene& description, std::span<const render::CompiledMaterial> materials);
 
 /// Corners of an axis-aligned box in double.
 struct Extent {

@@ -113,7 +113,7 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   out.materials = compile_all(from.materials);
   out.cameras = std::move(from.cameras);
 
-  const Arrangement arrangement = arrange(from);
+  const Arrangement arrangement = arrange(from, out.materials);
   const Extent extent = extent_of(arrangement);
   out.origin = origin_for(extent);
   out.bounds = bounds_of(extent, out.origin);

@@ -4,6 +4,7 @@
 
 #include "worker/render/octahedral.hpp"
 #include "worker/scene/affine.hpp"
+#include "worker/scene/details.hpp"
 
 namespace tessera::worker {
 namespace {
@@ -33,6 +34,8 @@ struct Bin {
   GeometryKind kind = GeometryKind::triangles;
   bool smooth = false;
   bool emits = false;
+  bool tangents = false;
+  std::uint8_t details = 0;
   Size size;
   std::vector<const PlacedShape*> shapes;
 };
@@ -40,6 +43,8 @@ struct Bin {
 Bin bin_for(const scene::Shape& shape, std::span<const render::CompiledMaterial> materials) {
   Bin bin;
   bin.emits = materials[shape.material].emits();
+  bin.details = details_of(shape, materials[shape.material].wants);
+  bin.tangents = has_vertex_tangents(shape, bin.details);
   if (const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry)) {
     bin.smooth = !mesh->normals.empty();
   } else {
@@ -58,8 +63,9 @@ std::vector<Bin> sort_into_bins(std::span<const PlacedShape> shapes,
     Bin wanted = bin_for(*placed.shape, materials);
     Bin* found = nullptr;
     for (Bin& bin : bins) {
-      const bool alike =
-          bin.kind == wanted.kind && bin.smooth == wanted.smooth && bin.emits == wanted.emits;
+      const bool alike = bin.kind == wanted.kind && bin.smooth == wanted.smooth &&
+                         bin.emits == wanted.emits && bin.details == wanted.details &&
+                         bin.tangents == wanted.tangents;
       if (alike && bin.size.vertices + size.vertices <= vertices_most) found = &bin;
     }
     if (found == nullptr) found = &bins.emplace_back(std::move(wanted));
@@ -89,6 +95,7 @@ class Filler {
     } else {
       geometry_.spheres = accel::Buffer<accel::Sphere>(bin.size.faces);
     }
+    make_room(geometry_, bin.details, bin.tangents, bin.size.vertices);
     for (const PlacedShape* placed : bin.shapes) add(*placed);
   }
 
@@ -102,7 +109,7 @@ class Filler {
     auto& shape = placed.shape->geometry;
     if (const auto* quad = std::get_if<scene::Quad>(&shape)) {
       add_quad(render::to_vec3d(quad->corner), render::to_vec3d(quad->edge_u),
-               render::to_vec3d(quad->edge_v));
+               render::to_vec3d(quad->edge_v), quad_uvs());
     } else if (const auto* box = std::get_if<scene::Box>(&shape)) {
       add_box(*box);
     } else if (const auto* sphere = std::get_if<scene::Sphere>(&shape)) {
@@ -118,9 +125,12 @@ class Filler {
     return vertex_++;
   }
 
-  void add_quad(const Vec3d& corner, const Vec3d& u, const Vec3d& v) {
+  void add_quad(const Vec3d& corner, const Vec3d& u, const Vec3d& v, const FaceUvs& uvs) {
     const std::uint32_t a = add_point(corner), b = add_point(corner + u),
                         c = add_point(corner + u + v), d = add_point(corner + v);
+    if (!geometry_.uvs[0].empty()) {
+      for (std::uint32_t i = 0; i < 4; ++i) geometry_.uvs[0][a + i] = uvs[i];
+    }
     // What mirrors turns corners around; the outer side stays the outer side.
     geometry_.quads[face_] = mirrored_ ? accel::Quad{a, d, c, b} : accel::Quad{a, b, c, d};
     geometry_.materials[face_++] = material_;
@@ -129,12 +139,13 @@ class Filler {
   void add_box(const scene::Box& box) {
     const Vec3d low = render::to_vec3d(box.low), high = render::to_vec3d(box.high);
     const Vec3d x{high.x - low.x, 0, 0}, y{0, high.y - low.y, 0}, z{0, 0, high.z - low.z};
-    add_quad(low, z, y);
-    add_quad(low, x, z);
-    add_quad(low, y, x);
-    add_quad(low + x, y, z);
-    add_quad(low + y, z, x);
-    add_quad(low + z, x, y);
+    const std::array<FaceUvs, 6>& uvs = box_uvs();
+    add_quad(low, z, y, uvs[0]);
+    add_quad(low, x, z, uvs[1]);
+    add_quad(low, y, x, uvs[2]);
+    add_quad(low + x, y, z, uvs[3]);
+    add_quad(low + y, z, x, uvs[4]);
+    add_quad(low + z, x, y, uvs[5]);
   }
 
   void add_sphere(const scene::Sphere& sphere) {
@@ -157,6 +168,7 @@ class Filler {
             render::encode_octahedral(render::to_float(render::normalize(turned)));
       }
     }
+    add_mesh_details(mesh, first, to_group_, geometry_);
     for (const auto& t : mesh.triangles) {
       const accel::Triangle face{first + t[0], first + t[1], first + t[2]};
       geometry_.triangles[face_] = mirrored_ ? accel::Triangle{face[0], face[2], face[1]} : face;

@@ -1,11 +1,13 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "common/scene/description.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
+#include "worker/render/surface_detail.hpp"
 
 namespace tessera::render {
 
@@ -14,8 +16,9 @@ struct ShadingPoint {
   Vec3 wo;               ///< unit, away from the surface
   Vec3 normal{0, 0, 1};  ///< geometric, unit, outer side
   Frame shading;         ///< n on the side of `normal`
-  Vec2 uv;
-  float footprint = 0;  ///< width of the ray's cone here, for texture filtering
+  float footprint = 0;   ///< width of the ray's cone here, for texture filtering
+  /// What CompiledMaterial::wants asked for, where the geometry has any of it.
+  std::optional<SurfaceDetail> detail;
 };
 
 /// One step of a material's program. Its operands are literals; textures will add steps that fill
@@ -39,6 +42,9 @@ struct CompiledMaterial {
   int count = 0;
   Color radiance;  ///< the mean emitted radiance; black: no light is to be made of its shapes
   bool two_sided = false;  ///< emits on both sides
+  /// Which details of a surface it looks at (detail_flag); what a geometry has of others is not
+  /// kept.
+  std::uint8_t wants = 0;
 
   [[nodiscard]] bool emits() const { return !is_black(radiance); }
 };

@@ -1,0 +1,37 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+/// Decoded pictures as they came: in their own depth, with the channels that they have.
+namespace tessera::image {
+
+enum class TexelFormat : std::uint8_t {
+  u8,   ///< 0…255 stands for 0…1
+  u16,  ///< 0…65535 stands for 0…1
+  f16,  ///< half floats
+  f32
+};
+constexpr std::size_t bytes_of(TexelFormat format) {
+  constexpr std::size_t bytes[] = {1, 2, 2, 4};
+  return bytes[static_cast<std::size_t>(format)];
+}
+constexpr bool is_integer(TexelFormat format) {
+  return format == TexelFormat::u8 || format == TexelFormat::u16;
+}
+
+/// Rows from the upper one, without gaps, channels interleaved, in this machine's byte order. One
+/// channel is a gray, two a gray and alpha, three R, G, B, four R, G, B, A. Alpha is not multiplied
+/// in, but for EXR files, which are taken as they stand. Floats are finite.
+struct Texels {
+  int width = 0, height = 0;
+  int channels = 0;
+  TexelFormat format = TexelFormat::u8;
+  std::vector<std::byte> bytes;
+
+  [[nodiscard]] std::size_t row_bytes() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(channels) * bytes_of(format);
+  }
+};
+
+}  // namespace tessera::image

@@ -1,0 +1,104 @@
+#include "worker/scene/details.hpp"
+
+#include <algorithm>
+
+#include "worker/render/surface_detail.hpp"
+#include "worker/scene/affine.hpp"
+#include "worker/scene/tangents.hpp"
+
+namespace tessera::worker {
+namespace {
+
+namespace flag = render::detail_flag;
+
+constexpr std::uint8_t any_uv = flag::uv0 | flag::uv1;
+
+std::uint8_t with(unsigned bits, unsigned more) { return static_cast<std::uint8_t>(bits | more); }
+
+std::uint16_t share_of(float value) {
+  return static_cast<std::uint16_t>(std::clamp(value, 0.0F, 1.0F) * 65535.0F + 0.5F);
+}
+
+void add_tangents(const scene::Mesh& mesh, std::uint32_t first, const scene::Transform& to_group,
+                  render::Geometry& geometry) {
+  const std::vector<std::array<float, 4>> made =
+      mesh.tangents.empty() ? tangents_of(mesh) : std::vector<std::array<float, 4>>{};
+  const std::vector<std::array<float, 4>>& tangents = mesh.tangents.empty() ? made : mesh.tangents;
+  const Matrix3 m = linear(to_group);
+  const bool mirrored = determinant(m) < 0;
+  for (std::size_t i = 0; i < tangents.size(); ++i) {
+    const auto& t = tangents[i];
+    const render::Vec3d turned = times(m, {t[0], t[1], t[2]});
+    geometry.tangents[first + i] =
+        render::encode_tangent(render::to_float(render::normalize(turned)), (t[3] < 0) != mirrored);
+  }
+}
+
+}  // namespace
+
+std::uint8_t details_of(const scene::Shape& shape, std::uint8_t wanted) {
+  const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+  std::uint8_t has = flag::uv0;
+  if (mesh != nullptr) {
+    has = with(mesh->uvs.empty() ? 0U : flag::uv0, mesh->uvs1.empty() ? 0U : flag::uv1);
+    if (!mesh->colors.empty()) has = with(has, flag::color);
+  }
+  std::uint8_t out = static_cast<std::uint8_t>(wanted & has);
+  const bool lacks_second = (wanted & flag::uv1) != 0 && (has & flag::uv1) == 0;
+  if (lacks_second) out = with(out, has & flag::uv0);
+  if ((wanted & flag::tangent) != 0) {
+    const bool given = mesh != nullptr && !mesh->tangents.empty();
+    if (given || (has & flag::uv0) != 0) out = with(out, flag::tangent | (has & flag::uv0));
+  }
+  return out;
+}
+
+bool has_vertex_tangents(const scene::Shape& shape, std::uint8_t details) {
+  const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+  if (mesh == nullptr || (details & flag::tangent) == 0) return false;
+  return !mesh->tangents.empty() || !mesh->normals.empty();
+}
+
+void make_room(render::Geometry& geometry, std::uint8_t details, bool with_tangents,
+               std::size_t vertices) {
+  geometry.details = details;
+  if (geometry.kind == render::GeometryKind::spheres) return;
+  if ((details & flag::uv0) != 0) geometry.uvs[0].resize(vertices);
+  if ((details & flag::uv1) != 0) geometry.uvs[1].resize(vertices);
+  if (with_tangents) geometry.tangents.resize(vertices);
+  if ((details & flag::color) != 0) geometry.colors.resize(vertices);
+}
+
+void add_mesh_details(const scene::Mesh& mesh, std::uint32_t first,
+                      const scene::Transform& to_group, render::Geometry& geometry) {
+  const auto copy_uvs = [&](std::size_t set, const std::vector<std::array<float, 2>>& uvs) {
+    if (geometry.uvs[set].empty()) return;
+    for (std::size_t i = 0; i < uvs.size(); ++i)
+      geometry.uvs[set][first + i] = {uvs[i][0], uvs[i][1]};
+  };
+  copy_uvs(0, mesh.uvs);
+  copy_uvs(1, mesh.uvs1);
+  if (!geometry.tangents.empty()) add_tangents(mesh, first, to_group, geometry);
+  if (geometry.colors.empty()) return;
+  for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
+    const auto& c = mesh.colors[i];
+    geometry.colors[first + i] = {share_of(c[0]), share_of(c[1]), share_of(c[2]), share_of(c[3])};
+  }
+}
+
+const FaceUvs& quad_uvs() {
+  static constexpr FaceUvs uvs{{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
+  return uvs;
+}
+
+const std::array<FaceUvs, 6>& box_uvs() {
+  // Of a face's two edges one leads to the right or left as seen from outside, one up or down.
+  static constexpr FaceUvs right_up{{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
+  static constexpr FaceUvs up_left{{{1, 1}, {1, 0}, {0, 0}, {0, 1}}};
+  static constexpr FaceUvs down_right{{{0, 0}, {0, 1}, {1, 1}, {1, 0}}};
+  static const std::array<FaceUvs, 6> uvs{right_up, right_up,   up_left,
+                                          up_left,  down_right, right_up};
+  return uvs;
+}
+
+}  // namespace tessera::worker
