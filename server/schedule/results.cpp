@@ -14,6 +14,10 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   entry->heard = now;
   if (owner == nullptr) return Verdict::stale;
   if (owner->earlier_plans.contains(plan)) return Verdict::stale;
+  // Before its time was up it had more samples, and a start knows of these no more.
+  if (plan != owner->plan().digest && owner->limited() &&
+      state_->numbers.granted(lease, entry->info.identity, job, task))
+    return Verdict::stale;
   if (plan != owner->plan().digest || !owner->plan().contains(task) ||
       !state_->numbers.granted(lease, entry->info.identity, job, task)) {
     state_->offend(*entry);

@@ -1,4 +1,6 @@
 // Jobs whose time is limited end at a whole pass of every tile.
+#include <algorithm>
+
 #include "server/schedule/state.hpp"
 
 namespace tessera::server {
@@ -10,7 +12,11 @@ bool all_handed_out(const JobEntry& job) {
   const auto offered =
       std::int64_t{job.plan().grid.count()} * job.tasks.offered() - job.tasks.closed();
   const std::size_t in_hand = job.out.size() + job.journaling.size() + job.blame.waiting().size();
-  return static_cast<std::int64_t>(in_hand) >= offered;
+  if (static_cast<std::int64_t>(in_hand) < offered) return false;
+  // A task whose result is being kept may be out as a copy, too.
+  const auto twice = std::count_if(job.journaling.begin(), job.journaling.end(),
+                                   [&](const auto& kept) { return job.out.contains(kept.first); });
+  return static_cast<std::int64_t>(in_hand) - twice >= offered;
 }
 
 /// Seconds that the next pass takes if it gets on as all before it did, standstills included: for

@@ -1,4 +1,5 @@
-// A disk that becomes full under the coordinator, and has room again.
+// A disk that becomes full under the coordinator, and has room again; one that is read-only at its
+// start.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -95,6 +96,30 @@ TEST(FullDisk,
     EXPECT_EQ(farm.job(std::to_string(answer.at("id").get<int>())).at("spec"), answer.at("spec"));
     farm.tessera({"cancel", std::to_string(answer.at("id").get<int>())});
   }
+  EXPECT_GE(farm.job(id).at("tasks_done").get<int>(), before.at("tasks_done").get<int>());
+  expect_undisturbed(picture, farm.finish(id));
+}
+
+TEST(ReadOnlyDisk, is_said_at_the_start_and_all_is_there_once_it_can_be_written) {
+  const PictureJob picture{.tile = 32};
+  const SmallDisk disk(disk_bytes);
+  Farm farm(on(disk));
+  farm.add_worker();
+  const std::string id = farm.submit(scene_path(), arguments_of(picture));
+  ASSERT_TRUE(farm.wait_for_progress(id, 0.1)) << farm.logs();
+  const json before = farm.job(id);
+  farm.server().kill();
+  disk.forbid_writing();
+  try {
+    farm.start_killed_server();
+    ADD_FAILURE() << "a coordinator works on a disk that it cannot write";
+  } catch (const std::runtime_error& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("Read-only file system"), std::string::npos) << said;
+    EXPECT_NE(said.find((disk.folder() / "data").string()), std::string::npos) << said;
+  }
+  disk.allow_writing();
+  farm.start_killed_server();
   EXPECT_GE(farm.job(id).at("tasks_done").get<int>(), before.at("tasks_done").get<int>());
   expect_undisturbed(picture, farm.finish(id));
 }

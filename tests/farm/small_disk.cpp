@@ -65,6 +65,15 @@ void SmallDisk::fill() const {
   if (problem != ENOSPC) throw std::runtime_error("the small disk does not become full");
 }
 
+void SmallDisk::remount(const std::string& options) const {
+  std::vector<std::string> command = inside();
+  for (const std::string& word :
+       {std::string("/bin/mount"), std::string("-o"), options, mount_.path().string()})
+    command.push_back(word);
+  const Outcome outcome = run(command);
+  if (outcome.code != 0) throw std::runtime_error("the small disk's mount: " + outcome.errors);
+}
+
 void SmallDisk::make_room() const { std::filesystem::remove(ballast()); }
 
 }  // namespace tessera::farm_test

@@ -6,7 +6,7 @@
 
 #include "tests/farm/process.hpp"
 
-/// A disk that really becomes full.
+/// A disk that really becomes full, or read-only.
 namespace tessera::farm_test {
 
 /// A tmpfs in a mount namespace of its own (and a user namespace, so that no privilege is needed):
@@ -24,9 +24,13 @@ class SmallDisk {
   void fill() const;
   /// Gives it back.
   void make_room() const;
+  /// From here on it can be read alone. Nobody may have a file of it open for writing.
+  void forbid_writing() const { remount("remount,ro"); }
+  void allow_writing() const { remount("remount,rw"); }
 
  private:
   [[nodiscard]] std::filesystem::path ballast() const;
+  void remount(const std::string& options) const;
 
   TemporaryFolder logs_, mount_;
   Process holder_;

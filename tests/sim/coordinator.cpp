@@ -27,6 +27,12 @@ void Coordinator::pause(JobId job, double duration) {
   });
 }
 
+void Coordinator::set_focus(JobId job, const std::optional<Rect>& focus) {
+  if (!up() || !world_.disk.jobs.contains(job) || !world_.disk.jobs.at(job).ended.empty()) return;
+  focus_[job] = focus;
+  apply(scheduler_->set_focus(job, focus, world_.events.now()));
+}
+
 bool Coordinator::all_ended() const {
   return up() && world_.unanswered == 0 &&
          std::all_of(world_.disk.jobs.begin(), world_.disk.jobs.end(),
@@ -95,14 +101,19 @@ void Coordinator::closed(const Link& link) {
 void Coordinator::result(const Link& link, const SentResult& sent) {
   if (!heard(link)) return;
   const Disk::Job& job = world_.disk.jobs.at(sent.job);
-  auto verdict = scheduler_->result_arrived(link->known_as, sent.lease, sent.job, job.plan->digest,
+  auto verdict = scheduler_->result_arrived(link->known_as, sent.lease, sent.job, sent.plan,
                                             sent.task, world_.events.now());
   world_.tell("job {} {} from worker {}: {}", sent.job, text_of(sent.task), link->known_as,
               verdict == server::Verdict::take ? "taken" : "stale");
   require(verdict != server::Verdict::rejected,
           "a lease that was granted to this identity is known again");
   release(sent.lease);
-  if (verdict == server::Verdict::take) doubted_.erase({sent.job, sent.task});
+  if (verdict == server::Verdict::take) {
+    doubted_.erase({sent.job, sent.task});
+    // One that was granted in an earlier epoch begins its pass.
+    std::uint32_t& begun = passes_begun_[sent.job];
+    begun = std::max(begun, sent.task.pass + 1);
+  }
   world_.note(static_cast<std::uint64_t>(verdict));
   if (world_.bug == Bug::keep_without_asking) verdict = server::Verdict::take;
   if (verdict == server::Verdict::stale) {

@@ -31,6 +31,8 @@ class Coordinator {
   void submit(const JobSpec& spec);
   void cancel(JobId job);
   void pause(JobId job, double duration);
+  /// No focus: as before any.
+  void set_focus(JobId job, const std::optional<Rect>& focus);
   [[nodiscard]] bool all_ended() const;
   /// Once a second: no worker idles while a task waits, and nobody silent is kept.
   void look_around();
@@ -62,6 +64,7 @@ class Coordinator {
 
   void apply(const server::Actions& actions);
   void granted(const server::GrantLease& grant);
+  void shortened(JobId job, std::int64_t samples);
   void release(const LeaseId& lease);
   void release_all(server::WorkerId worker);
   void left(const Link& link, bool clean);
@@ -76,7 +79,16 @@ class Coordinator {
   /// end of the process, the next one is on its way.
   bool done(const char* name, const std::function<void()>& what);
   void restore(const server::JobRecord& record);
-  void restore_results(JobId id, Disk::Job& job, std::map<std::int32_t, server::FrameFilm*>& films);
+  void let_go_of_ended();
+  [[nodiscard]] server::JobRecord record_of(JobId job, const std::string& state) const;
+  /// That it has begun; asked again until it is done.
+  void keep_started(JobId job);
+  /// That its time is up; false if that is still to be asked.
+  bool keep_shortened(JobId job);
+  using Films = std::map<std::int32_t, server::FrameFilm*>;
+  void restore_checkpoints(JobId id, const Disk::Job& job, Films& films);
+  void restore_results(JobId id, Disk::Job& job, Films& films);
+  void tell_folded(JobId id, const Disk::Job& job, const Films& films);
   void commit();
   void append(const std::vector<Arrived>& group, double patience);
   void durable(const Arrived& arrived);
@@ -90,9 +102,17 @@ class Coordinator {
   void fold(JobId job, std::int32_t frame, const server::FoldWork& work);
   std::shared_ptr<server::FilmTile> folded_by(JobId job, std::int32_t frame,
                                               const server::FoldWork& work);
+  /// A film of which enough is in the journal is kept whole; one that is left alone is let go of.
+  void compact_in_time(JobId job, std::int32_t frame);
+  void compact(JobId job, std::int32_t frame);
+  void keep_whole(JobId job, std::int32_t frame, const server::FilmSnapshot& film);
+  void demand(JobId job, std::int32_t frame);
   /// It has a task that could be leased and is not; with `plain`, one that is no suspect.
-  [[nodiscard]] std::optional<TaskId> waits(JobId id, bool plain) const;
+  [[nodiscard]] std::optional<TaskId> waits(
+      JobId id, bool plain, const std::function<bool(const TaskId&)>& such = {}) const;
   void check_copy(const server::GrantLease& grant, const std::string& what) const;
+  void check_focus(const server::GrantLease& grant, const std::string& what) const;
+  void check_time(const server::GrantLease& grant, const std::string& what);
   [[nodiscard]] bool quarantined(server::WorkerId worker) const;
   [[nodiscard]] std::string describe(server::WorkerId worker,
                                      const std::vector<JobId>& waiting) const;
@@ -115,6 +135,13 @@ class Coordinator {
   std::map<std::pair<JobId, std::int32_t>, server::FrameFilm> films_;
   std::set<JobId> paused_, finishing_;
   std::map<JobId, Digest> builds_;
+  std::map<JobId, std::optional<Rect>> focus_;
+  std::map<JobId, double> started_;              // the first lease
+  std::map<JobId, std::int64_t> shortened_;      // its time is up: samples that it ends with
+  std::map<JobId, Digest> plans_;                // what is said with leases of it
+  std::map<JobId, std::uint32_t> passes_begun_;  // of jobs whose time is limited
+  std::set<JobId> late_;                         // a pass of them began when time was up
+  bool compacting_ = false;
   std::vector<Arrived> journal_;  // decoded, not yet synced
   bool syncing_ = false;
 

@@ -49,11 +49,14 @@ void Coordinator::granted(const server::GrantLease& grant) {
   require(job.ended.empty() && !paused_.contains(grant.job), what + " is of a job that runs");
   require(job.plan->contains(grant.task), what + " is one of the job's");
   require(!job.results.contains(grant.task), what + " is not closed");
-  if (out_.contains({grant.job, grant.task})) check_copy(grant, what);
+  const bool copied = out_.contains({grant.job, grant.task});
+  if (copied) check_copy(grant, what);
   require(!arrived_.contains({grant.job, grant.task}),
           what + " is not granted while its result is being kept");
   require(grant.task.pass < folded(grant.job, grant.task) + 3,
           what + " is within three passes of its tile's fold");
+  if (!copied) check_focus(grant, what);
+  check_time(grant, what);
   require(grant.lease.epoch == epoch_, what + " has a lease of this epoch");
   if (const auto build = builds_.find(grant.job); build != builds_.end()) {
     require(link->second->worker->info().build_id == build->second,
@@ -71,7 +74,63 @@ void Coordinator::granted(const server::GrantLease& grant) {
     require(holders <= most, what + " is held by as many workers as the job may have");
   }
   const Link to = link->second;
-  world_.carry(to, false, [to, grant] { to->worker->assigned(grant); });
+  const Assigned order{grant, plans_.at(grant.job)};
+  world_.carry(to, false, [to, order] { to->worker->assigned(order); });
+}
+
+void Coordinator::check_focus(const server::GrantLease& grant, const std::string& what) const {
+  const Disk::Job& job = world_.disk.jobs.at(grant.job);
+  const auto focus = focus_.find(grant.job);
+  // Of one whose time is limited not every pass is offered.
+  if (focus == focus_.end() || !focus->second || job.plan->spec.time_limit_seconds > 0) return;
+  const Rect& region = *focus->second;
+  const auto in_focus = [&](std::uint32_t index) {
+    const Rect pixel = job.plan->grid.tile(index);  // tiles are one pixel here
+    return pixel.x >= region.x && pixel.x < region.x + region.width && pixel.y >= region.y &&
+           pixel.y < region.y + region.height;
+  };
+  // Suspects are nobody's first choice, and go when there is somebody for them.
+  if (in_focus(grant.task.tile) || doubted_.contains({grant.job, grant.task})) return;
+  const auto sooner = waits(grant.job, true, [&](const TaskId& task) {
+    return task.frame == grant.task.frame && in_focus(task.tile) &&
+           (task.pass == 0 || grant.task.pass > 0);
+  });
+  require(!sooner,
+          [&] { return what + " waits for the focus, of which is open " + text_of(*sooner); });
+}
+
+void Coordinator::check_time(const server::GrantLease& grant, const std::string& what) {
+  const double now = world_.events.seconds_now();
+  if (started_.emplace(grant.job, now).second) keep_started(grant.job);
+  const double limit = world_.disk.jobs.at(grant.job).plan->spec.time_limit_seconds;
+  if (limit == 0) return;
+  std::uint32_t& begun = passes_begun_[grant.job];
+  const bool late = now > started_.at(grant.job) + limit + 0.001;  // kept to the millisecond
+  if (late && grant.task.pass >= std::max(begun, 1U)) {
+    // It may have been offered in time, and have waited for folds; none is offered after it.
+    require(late_.insert(grant.job).second, what + " is of a pass that was offered in time");
+  }
+  begun = std::max(begun, grant.task.pass + 1);
+  const auto cut = shortened_.find(grant.job);
+  const JobPlan& plan = *world_.disk.jobs.at(grant.job).plan;
+  require(cut == shortened_.end() || plan.passes.pass(grant.task.pass).end() <= cut->second,
+          what + " is of a pass that the job has");
+}
+
+void Coordinator::shortened(JobId id, std::int64_t samples) {
+  const JobPlan& plan = *world_.disk.jobs.at(id).plan;
+  require(plan.spec.time_limit_seconds > 0,
+          [&] { return fmt::format("job {} has a time limit", id); });
+  bool whole = false;
+  for (std::uint32_t pass = 0; pass < plan.passes.count(); ++pass)
+    whole = whole || plan.passes.pass(pass).end() == samples;
+  require(whole, [&] { return fmt::format("job {} ends at a whole pass", id); });
+  const auto [known, fresh] = shortened_.emplace(id, samples);
+  require(fresh || known->second == samples,
+          [&] { return fmt::format("job {} is shortened in one way", id); });
+  JobSpec spec = plan.spec;
+  spec.render.samples = samples;
+  plans_[id] = JobPlan(spec).digest;
 }
 
 void Coordinator::check_copy(const server::GrantLease& grant, const std::string& what) const {
@@ -87,7 +146,7 @@ void Coordinator::check_copy(const server::GrantLease& grant, const std::string&
   for (const auto& [id, job] : world_.disk.jobs) {
     const auto view = scheduler_->job(id, world_.events.now());
     if (!view || (view->build && *view->build != worker.info().build_id)) continue;
-    if (job.plan->spec.max_workers > 0) continue;
+    if (job.plan->spec.max_workers > 0 || job.plan->spec.time_limit_seconds > 0) continue;
     require(!waits(id, true), what + " is copied only where nothing is open");
   }
 }
@@ -115,8 +174,8 @@ void Coordinator::apply(const server::Actions& actions) {
       throw Violation(fmt::format("job {} failed: {}", failed->job, failed->reason));
     } else if (const auto* frame = std::get_if<server::FrameFinished>(&action)) {
       later(0, [this, at = *frame] { write_frame(at.job, at.frame); });
-    } else if (const auto* shortened = std::get_if<server::JobShortened>(&action)) {
-      throw Violation(fmt::format("job {} has no time limit", shortened->job));
+    } else if (const auto* cut = std::get_if<server::JobShortened>(&action)) {
+      shortened(cut->job, cut->samples);
     } else if (const auto* finished = std::get_if<server::JobFinished>(&action)) {
       require(world_.disk.jobs.at(finished->job).ended.empty() &&
                   finishing_.insert(finished->job).second,
@@ -127,7 +186,8 @@ void Coordinator::apply(const server::Actions& actions) {
   arm();
 }
 
-std::optional<TaskId> Coordinator::waits(JobId id, bool plain) const {
+std::optional<TaskId> Coordinator::waits(JobId id, bool plain,
+                                         const std::function<bool(const TaskId&)>& such) const {
   const Disk::Job& job = world_.disk.jobs.at(id);
   if (!job.ended.empty() || paused_.contains(id) || !scheduler_->job(id, world_.events.now()))
     return std::nullopt;
@@ -138,6 +198,7 @@ std::optional<TaskId> Coordinator::waits(JobId id, bool plain) const {
       TaskId task{frame, tile, folded(id, {frame, tile, 0})};
       const std::uint32_t end = std::min(task.pass + 3, job.plan->passes.count());
       for (; task.pass < end; ++task.pass) {
+        if (such && !such(task)) continue;
         if (!job.results.contains(task) && !out_.contains({id, task}) &&
             !arrived_.contains({id, task}) && !(plain && doubted_.contains({id, task})))
           return task;
@@ -186,8 +247,11 @@ void Coordinator::look_around() {
   if (world_.bug != Bug::none && world_.bug != Bug::forget_lost_worker) return;
   std::vector<JobId> waiting;
   for (const auto& [id, job] : world_.disk.jobs) {
-    // A job that may not have more workers has to wait for those that it has.
-    if (job.plan->spec.max_workers == 0 && waits(id, false)) waiting.push_back(id);
+    // A job that may not have more workers has to wait for those that it has; one whose time is
+    // limited, until another pass is offered.
+    if (job.plan->spec.max_workers == 0 && job.plan->spec.time_limit_seconds == 0 &&
+        waits(id, false))
+      waiting.push_back(id);
   }
   for (const auto& [worker, link] : links_) {
     const auto& build = link->worker->info().build_id;

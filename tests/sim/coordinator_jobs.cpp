@@ -22,7 +22,48 @@ void Coordinator::submit(const JobSpec& spec) {
   --world_.unanswered;
   Disk::Job& job = world_.disk.jobs[id];
   job.plan = std::make_shared<const JobPlan>(spec);
+  plans_[id] = job.plan->digest;
+  focus_[id] = spec.focus;
   apply(scheduler_->add_job(id, job.plan, world_.events.now()));
+}
+
+server::JobRecord Coordinator::record_of(JobId id, const std::string& state) const {
+  server::JobRecord record;
+  record.id = id;
+  record.spec = world_.disk.jobs.at(id).plan->spec;
+  record.priority = record.spec.priority;
+  record.state = state;
+  if (const auto begun = started_.find(id); begun != started_.end())
+    record.started = static_cast<UnixMillis>(begun->second * 1000) + 1;
+  if (const auto cut = shortened_.find(id); cut != shortened_.end())
+    record.spec.render.samples = cut->second;
+  return record;
+}
+
+void Coordinator::keep_started(JobId id) {
+  later(world_.random.between(0, 0.05), [this, id] {
+    const Disk::Job& job = world_.disk.jobs.at(id);
+    // What else is known of it by now is kept with it, or not.
+    if (!job.ended.empty() || shortened_.contains(id)) return;
+    bool kept = false;
+    done("a job's beginning", [&] { store_->update_job(record_of(id, "rendering")), kept = true; });
+    if (!kept && !world_.drive.dead()) keep_started(id);
+  });
+}
+
+bool Coordinator::keep_shortened(JobId id) {
+  const auto cut = shortened_.find(id);
+  Disk::Job& job = world_.disk.jobs.at(id);
+  if (cut == shortened_.end() || job.plan->spec.render.samples == cut->second) return true;
+  const server::JobRecord record = record_of(id, "rendering");
+  job.doubtful_samples.insert(cut->second);
+  bool kept = false;
+  done("that a job's time is up", [&] { store_->update_job(record), kept = true; });
+  if (kept) {
+    job.plan = std::make_shared<const JobPlan>(record.spec);
+    ++world_.shortened;
+  }
+  return kept;
 }
 
 void Coordinator::cancel(JobId job) {
@@ -35,10 +76,8 @@ void Coordinator::cancel(JobId job) {
 
 void Coordinator::end(JobId id, const std::string& state) {
   Disk::Job& job = world_.disk.jobs.at(id);
-  server::JobRecord record;
-  record.id = id;
-  record.spec = job.plan->spec;
-  record.state = state;
+  const server::JobRecord record = record_of(id, state);
+  if (record.spec != job.plan->spec) job.doubtful_samples.insert(record.spec.render.samples);
   bool kept = false;
   done("a job's end", [&] { store_->update_job(record), kept = true; });
   if (!kept) {
@@ -46,6 +85,7 @@ void Coordinator::end(JobId id, const std::string& state) {
     return;
   }
   job.ended = state;
+  job.plan = std::make_shared<const JobPlan>(record.spec);
   if (world_.drive.dead()) return;
   // What fails here the next start does again.
   done("a job's results are let go", [&] { store_->end_job(id); });
@@ -60,9 +100,14 @@ void Coordinator::write_frame(JobId id, std::int32_t frame) {
   const auto again = [this, id, frame](double delay) {
     later(delay, [this, id, frame] { write_frame(id, frame); });
   };
+  // Before the file: a start that finds it must not take it for one of all the samples.
+  if (!keep_shortened(id)) {
+    if (!world_.drive.dead()) again(0.5);
+    return;
+  }
+  if (world_.drive.dead()) return;
   if (!film.loaded()) {
-    film.demand();
-    for (std::uint32_t tile = 0; tile < film.tile_count(); ++tile) fold_on(id, frame, tile);
+    demand(id, frame);
     again(0.05);
     return;
   }

@@ -59,6 +59,13 @@ void Coordinator::kill(bool power) {
   paused_.clear();
   finishing_.clear();
   builds_.clear();
+  focus_.clear();
+  started_.clear();
+  shortened_.clear();
+  plans_.clear();
+  passes_begun_.clear();
+  late_.clear();
+  compacting_ = false;
   journal_.clear();
   syncing_ = false;
   later(world_.random.between(0.05, 4), [this] { start(); });
@@ -91,13 +98,19 @@ void Coordinator::start() {
   scheduling.deaths_alone = 1'000'000;  // crashes come at random here, and no task is to blame
   scheduler_ = std::make_unique<server::Scheduler>(scheduling);
   for (const server::JobRecord& record : records) restore(record);
-  for (const JobId id : store_->jobs_with_results())
-    if (up() && !world_.disk.jobs.at(id).ended.empty())
-      done("results are let go", [&] { store_->end_job(id); });
+  let_go_of_ended();
   for (const auto& [id, job] : world_.disk.jobs)
     require(std::any_of(records.begin(), records.end(),
                         [id = id](const auto& record) { return record.id == id; }),
             fmt::format("job {}, which was taken, is there", id));
+}
+
+void Coordinator::let_go_of_ended() {
+  std::vector<JobId> left = store_->jobs_with_results();
+  for (const JobId id : store_->jobs_with_checkpoints()) left.push_back(id);
+  for (const JobId id : left)
+    if (!world_.drive.dead() && !world_.disk.jobs.at(id).ended.empty())
+      done("what is left of a job is let go", [&] { store_->end_job(id); });
 }
 
 void Coordinator::restore(const server::JobRecord& record) {
@@ -105,8 +118,13 @@ void Coordinator::restore(const server::JobRecord& record) {
   // One whose taking was not answered may be there as well: then it is a job like any other.
   Disk::Job& job = world_.disk.jobs[id];
   const auto plan = std::make_shared<const JobPlan>(record.spec);
-  require(!job.plan || job.plan->digest == plan->digest, "a job keeps its plan");
+  require(!job.plan || job.plan->digest == plan->digest ||
+              job.doubtful_samples.contains(plan->spec.render.samples),
+          "a job keeps its plan, unless its time was up");
   job.plan = plan;
+  job.doubtful_samples.clear();
+  plans_[id] = plan->digest;
+  focus_[id] = plan->spec.focus;
   const bool ended = record.state == "done" || record.state == "cancelled";
   require(job.ended.empty() || job.ended == record.state, "a job that has ended has ended so");
   require(!ended || !job.ended.empty() || job.doubtful_ends.contains(record.state),
@@ -117,10 +135,20 @@ void Coordinator::restore(const server::JobRecord& record) {
   }
   job.files = server::frames_on_disk(data_folder, id, world_.drive);
   apply(scheduler_->add_job(id, job.plan, world_.events.now()));
-  std::map<std::int32_t, server::FrameFilm*> films;
+  if (record.started > 0) {
+    started_[id] = static_cast<double>(record.started - 1) / 1000;
+    scheduler_->restore_started(
+        id, world_.events.now() - from_seconds(world_.events.seconds_now() - started_[id]));
+  }
+  Films films;
+  restore_checkpoints(id, job, films);
   restore_results(id, job, films);
   if (builds_.contains(id)) scheduler_->restore_build(id, builds_[id]);
   for (const auto& [frame, film] : films) film->restored();
+  tell_folded(id, job, films);
+}
+
+void Coordinator::tell_folded(JobId id, const Disk::Job& job, const Films& films) {
   for (const auto& [frame, film] : films) {
     for (std::uint32_t tile = 0; tile < film->tile_count(); ++tile) {
       if (film->passes(tile) > 0)
@@ -134,8 +162,34 @@ void Coordinator::restore(const server::JobRecord& record) {
   }
 }
 
-void Coordinator::restore_results(JobId id, Disk::Job& job,
-                                  std::map<std::int32_t, server::FrameFilm*>& films) {
+void Coordinator::restore_checkpoints(JobId id, const Disk::Job& job, Films& films) {
+  for (const server::Checkpoint& checkpoint : store_->checkpoints_of(id)) {
+    for (const server::CheckpointTile& tile : checkpoint.tiles) {
+      for (std::uint32_t pass = 0; pass < tile.passes; ++pass)
+        require(job.results.contains({checkpoint.frame, tile.tile, pass}),
+                "a checkpoint holds what was kept");
+      passes_begun_[id] = std::max(passes_begun_[id], tile.passes);
+      apply(scheduler_->tile_folded(id, checkpoint.frame, tile.tile, tile.passes,
+                                    world_.events.now()));
+      if (job.files.contains(checkpoint.frame)) continue;
+      server::FrameFilm*& film = films[checkpoint.frame];
+      if (film == nullptr) film = &film_of(id, checkpoint.frame);
+      film->restore_checkpoint(tile.tile, tile.passes,
+                               {checkpoint.number, tile.offset, tile.length});
+    }
+  }
+  for (const server::Tally& tally : store_->tallies_of(id)) builds_.emplace(id, tally.worker_build);
+}
+
+void Coordinator::restore_results(JobId id, Disk::Job& job, Films& films) {
+  std::map<std::pair<std::int32_t, std::uint32_t>, std::uint32_t> held;  // passes in checkpoints
+  for (const server::Checkpoint& checkpoint : store_->checkpoints_of(id))
+    for (const server::CheckpointTile& tile : checkpoint.tiles)
+      held[{checkpoint.frame, tile.tile}] = tile.passes;
+  const auto in_checkpoint = [&](const TaskId& task) {
+    const auto tile = held.find({task.frame, task.tile});
+    return tile != held.end() && task.pass < tile->second;
+  };
   std::map<TaskId, Bytes> found;
   store_->results_of(id, [&](const server::IndexedResult& result) {
     const auto known = job.results.find(result.task);
@@ -147,7 +201,9 @@ void Coordinator::restore_results(JobId id, Disk::Job& job,
     } else {
       require(*bytes == *known->second, "a result is read back as it was kept");
     }
-    require(found.emplace(result.task, std::move(bytes)).second, "a result is there once");
+    require(!in_checkpoint(result.task) && found.emplace(result.task, std::move(bytes)).second,
+            "a result is there once");
+    passes_begun_[id] = std::max(passes_begun_[id], result.task.pass + 1);
     scheduler_->restore_closed(id, result.task);
     builds_.emplace(id, result.worker_build);
     if (job.files.contains(result.task.frame)) return;
@@ -155,10 +211,12 @@ void Coordinator::restore_results(JobId id, Disk::Job& job,
     if (film == nullptr) film = &film_of(id, result.task.frame);
     film->restore(result.task.tile, result.task.pass, result.place);
   });
-  for (const auto& [task, bytes] : job.results)
-    require(found.contains(task), [&, &which = task] {
+  for (const auto& [task, bytes] : job.results) {
+    require(found.contains(task) || in_checkpoint(task), [&, &which = task] {
       return fmt::format("job {} {}, which was kept, is there", id, text_of(which));
     });
+    found.emplace(task, bytes);
+  }
   job.results = std::move(found);
 }
 

@@ -37,10 +37,11 @@ using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 struct Disk {
   struct Job {
     std::shared_ptr<const JobPlan> plan;
-    std::map<TaskId, Bytes> results;
-    std::string ended;                    // "done", "cancelled", "failed", or not yet
-    std::set<std::string> doubtful_ends;  // asked for, and not answered
-    std::set<std::int32_t> files;         // frames whose picture is written
+    std::set<std::int64_t> doubtful_samples;  // that its time is up was to be kept: with so many
+    std::map<TaskId, Bytes> results;          // in the journal, or in a checkpoint
+    std::string ended;                        // "done", "cancelled", "failed", or not yet
+    std::set<std::string> doubtful_ends;      // asked for, and not answered
+    std::set<std::int32_t> files;             // frames whose picture is written
   };
   std::map<JobId, Job> jobs;
 

@@ -40,7 +40,7 @@ int usage() {
 
 /// Runs until the first broken rule; true if there was one.
 bool broken(const Options& options, Bug bug) {
-  std::uint64_t events = 0, faults = 0, tasks = 0, decisions = 0;
+  std::uint64_t events = 0, faults = 0, tasks = 0, decisions = 0, checkpoints = 0, shortened = 0;
   const auto began = std::chrono::steady_clock::now();
   for (std::uint64_t seed = options.first; seed < options.first + options.seeds; ++seed) {
     const tessera::sim::Outcome outcome = tessera::sim::run(seed, bug, options.one);
@@ -48,6 +48,8 @@ bool broken(const Options& options, Bug bug) {
     faults += outcome.faults;
     tasks += outcome.tasks;
     decisions += outcome.decisions;
+    checkpoints += outcome.checkpoints;
+    shortened += outcome.shortened;
     if (!outcome.violation.empty()) {
       fmt::print("seed {}: {}\n  replay: tessera_sim --seed {}\n", seed, outcome.violation, seed);
       return true;
@@ -62,8 +64,10 @@ bool broken(const Options& options, Bug bug) {
   }
   const double took =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  fmt::print("{} seeds, {} tasks, {} grants, {} events, {} faults: every rule held ({:.1f} s)\n",
-             options.seeds, tasks, decisions, events, faults, took);
+  fmt::print(
+      "{} seeds, {} tasks, {} grants, {} checkpoints, {} jobs out of time, {} events, {} faults: "
+      "every rule held ({:.1f} s)\n",
+      options.seeds, tasks, decisions, checkpoints, shortened, events, faults, took);
   return false;
 }
 

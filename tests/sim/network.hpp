@@ -35,7 +35,14 @@ struct SentResult {
   LeaseId lease;
   JobId job = 0;
   TaskId task;
+  Digest plan;           // as it was when the lease was granted
   bool corrupt = false;  // not a valid tile
+};
+
+/// A lease as it travels.
+struct Assigned {
+  server::GrantLease grant;
+  Digest plan;
 };
 
 }  // namespace tessera::sim

@@ -60,6 +60,15 @@ Weather draw_weather(Random& random) {
   return weather;
 }
 
+Rect draw_region(Random& random, const RenderSettings& film) {
+  Rect region;
+  region.x = static_cast<int>(random.whole(0, film.width - 1));
+  region.y = static_cast<int>(random.whole(0, film.height - 1));
+  region.width = static_cast<int>(random.whole(1, film.width - region.x));
+  region.height = static_cast<int>(random.whole(1, film.height - region.y));
+  return region;
+}
+
 JobSpec draw_job(Random& random) {
   JobSpec spec;
   spec.name = "job";
@@ -73,6 +82,11 @@ JobSpec draw_job(Random& random) {
   spec.priority = static_cast<int>(random.whole(0, 1));
   if (random.chance(0.2)) spec.max_workers = static_cast<int>(random.whole(1, 4));
   spec.frames = {1, static_cast<std::int32_t>(random.whole(1, 3)), 1};
+  if (random.chance(0.2)) {
+    spec.time_limit_seconds = random.between(1, 60);
+    spec.frames = {1, 1, 1};
+  }
+  if (random.chance(0.2)) spec.focus = draw_region(random, spec.render);
   return spec;
 }
 
@@ -98,6 +112,7 @@ class Script {
           if (world_.disk.jobs.contains(id)) world_.coordinator->pause(id, 7);
         });
     }
+    if (random.chance(0.4)) again(random.between(1, 10), [this] { look_closely(); });
     world_.coordinator->start();
     const auto workers = random.whole(1, 10);
     for (std::int64_t i = 0; i < workers; ++i)
@@ -153,6 +168,17 @@ class Script {
     if (alive.empty()) return nullptr;
     return alive[static_cast<std::size_t>(
         world_.random.whole(0, static_cast<std::int64_t>(alive.size()) - 1))];
+  }
+  /// A person wants to see a part of some picture, or no part any more.
+  void look_closely() {
+    const auto& jobs = world_.disk.jobs;
+    if (jobs.empty()) return;
+    const auto job =
+        std::next(jobs.begin(), world_.random.whole(0, static_cast<std::int64_t>(jobs.size()) - 1));
+    std::optional<Rect> focus;
+    if (world_.random.chance(0.8))
+      focus = draw_region(world_.random, job->second.plan->spec.render);
+    world_.coordinator->set_focus(job->first, focus);
   }
   void cut() {
     Worker* worker = any_worker();
@@ -214,6 +240,7 @@ Outcome run(std::uint64_t seed, Bug bug, bool trace) {
   world.bug = bug;
   world.weather = draw_weather(world.random);
   world.segment_bytes = static_cast<std::uint64_t>(world.random.whole(5'000, 100'000));
+  world.compact_bytes = static_cast<std::uint64_t>(world.random.whole(500, 60'000));
   world.drive.faults.set(world.weather.drive);
   Script script(world);
   Outcome outcome;
@@ -238,6 +265,8 @@ Outcome run(std::uint64_t seed, Bug bug, bool trace) {
   outcome.events = world.events.count();
   outcome.faults = world.faults + world.drive.faults.failures();
   outcome.decisions = world.decisions;
+  outcome.checkpoints = world.checkpoints;
+  outcome.shortened = world.shortened;
   outcome.virtual_seconds = world.events.seconds_now();
   for (const auto& [id, job] : world.disk.jobs)
     outcome.tasks += static_cast<std::uint64_t>(job.plan->tasks());

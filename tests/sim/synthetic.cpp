@@ -123,13 +123,38 @@ server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uin
   return film;
 }
 
-double red_sum(const JobPlan& plan, std::int32_t frame, std::uint32_t tile) {
-  double sum = 0;
+std::vector<double> plain_sums(const JobPlan& plan, std::int32_t frame, std::uint32_t tile) {
+  const auto table = image::channel_table();
+  std::vector<double> sums(table.size(), 0.0), squares(table.size(), 0.0);
+  std::array<double, image::group_count> samples{};
+  for (std::size_t c = 0; c < table.size(); ++c)
+    if (table[c].merge == image::Merge::nearest)
+      sums[c] = static_cast<double>(image::nothing_hit_z);
   for (std::uint32_t pass = 0; pass < plan.passes.count(); ++pass) {
     const image::TileImage image = render(plan, {frame, tile, pass});
-    sum += static_cast<double>(image.samples[0]) * static_cast<double>(image.values[image::R]);
+    for (std::size_t group = 0; group < samples.size(); ++group)
+      samples[group] += static_cast<double>(image.samples[group]);
+    for (std::size_t c = 0; c < image.channels(); ++c) {
+      const auto value = static_cast<double>(image.values[c]);
+      const auto n = static_cast<double>(image.samples[static_cast<std::size_t>(table[c].group)]);
+      if (table[c].merge == image::Merge::nearest) {
+        sums[c] = std::min(sums[c], value);
+      } else if (table[c].merge == image::Merge::mean) {
+        sums[c] += n * value;
+        squares[c] += n * value * value;
+      } else {
+        sums[c] += value;
+      }
+    }
   }
-  return sum;
+  // Σ over passes of M2 + n·(mean − mean of all)².
+  for (std::size_t c = 0; c < table.size(); ++c) {
+    if (table[c].merge != image::Merge::moment2) continue;
+    const auto mean = static_cast<std::size_t>(table[c].mean_of);
+    const double n = samples[static_cast<std::size_t>(table[c].group)];
+    sums[c] += squares[mean] - sums[mean] * sums[mean] / n;
+  }
+  return sums;
 }
 
 }  // namespace tessera::sim

@@ -28,7 +28,8 @@ std::vector<server::FilmTile> picture_of(std::span<const std::byte> bytes, const
 /// The straight fold: every pass of the tile rendered and folded in order, by nothing but loops.
 server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uint32_t tile);
 
-/// Σ n·mean of R over all passes in order, without the film's code.
-double red_sum(const JobPlan& plan, std::int32_t frame, std::uint32_t tile);
+/// What a tile of one pixel holds of each channel after all its passes, without the film's code:
+/// Σ n·mean in order, the least, and of the sums of squared deviations what the definition gives.
+std::vector<double> plain_sums(const JobPlan& plan, std::int32_t frame, std::uint32_t tile);
 
 }  // namespace tessera::sim

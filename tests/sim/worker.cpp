@@ -54,7 +54,7 @@ void Worker::heartbeat() {
     if (link_ != link) return;
     std::vector<std::pair<LeaseId, double>> running;
     if (running_)
-      running.emplace_back(running_->lease,
+      running.emplace_back(running_->grant.lease,
                            seconds(world_.events.now() - running_since_) / running_seconds_);
     const auto preparing = preparing_;
     world_.carry(link, true, [this, link, running, preparing] {
@@ -67,10 +67,10 @@ void Worker::heartbeat() {
   });
 }
 
-void Worker::assigned(const server::GrantLease& grant) {
-  when_awake([this, grant, link = link_] {
+void Worker::assigned(const Assigned& order) {
+  when_awake([this, order, link = link_] {
     if (link_ != link) return;
-    queue_.push_back(grant);
+    queue_.push_back(order);
     go_on();
   });
 }
@@ -78,8 +78,8 @@ void Worker::assigned(const server::GrantLease& grant) {
 void Worker::revoked(const std::vector<LeaseId>& leases) {
   when_awake([this, leases] {
     for (const LeaseId& lease : leases) {
-      std::erase_if(queue_, [&](const server::GrantLease& grant) { return grant.lease == lease; });
-      if (!running_ || running_->lease != lease) continue;
+      std::erase_if(queue_, [&](const Assigned& order) { return order.grant.lease == lease; });
+      if (!running_ || running_->grant.lease != lease) continue;
       running_.reset();
       ++start_;
     }
@@ -93,20 +93,21 @@ void Worker::answered(const LeaseId& lease) {
 
 void Worker::go_on() {
   if (!alive_ || running_ || preparing_ || queue_.empty()) return;
-  const server::GrantLease grant = queue_.front();
+  const Assigned order = queue_.front();
+  const server::GrantLease& grant = order.grant;
   if (!prepared_.contains(grant.job)) {
     prepare(grant.job);
     return;
   }
   queue_.pop_front();
-  running_ = grant;
+  running_ = order;
   running_since_ = world_.events.now();
   const Disk::Job& job = world_.disk.jobs.at(grant.job);
   running_seconds_ =
       overhead_ + static_cast<double>(job.plan->passes.pass(grant.task.pass).count) / speed_;
   const std::uint64_t start = ++start_;
   world_.events.after(running_seconds_,
-                      [this, grant, start] { when_awake([=, this] { rendered(grant, start); }); });
+                      [this, order, start] { when_awake([=, this] { rendered(order, start); }); });
 }
 
 void Worker::prepare(JobId job) {
@@ -122,8 +123,9 @@ void Worker::prepare(JobId job) {
   });
 }
 
-void Worker::rendered(const server::GrantLease& grant, std::uint64_t start) {
+void Worker::rendered(const Assigned& order, std::uint64_t start) {
   if (start != start_ || !running_) return;
+  const server::GrantLease& grant = order.grant;
   running_.reset();
   if (world_.spoil(world_.weather.error, grant.job, grant.task)) {
     if (const Link link = link_) {
@@ -135,7 +137,7 @@ void Worker::rendered(const server::GrantLease& grant, std::uint64_t start) {
     return;
   }
   const bool corrupt = world_.spoil(world_.weather.corrupt, grant.job, grant.task);
-  const SentResult result{grant.lease, grant.job, grant.task, corrupt};
+  const SentResult result{grant.lease, grant.job, grant.task, order.plan, corrupt};
   outbox_[grant.lease] = result;
   if (!world_.calm() && world_.random.chance(world_.weather.late)) {
     ++world_.faults;

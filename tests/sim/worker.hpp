@@ -30,7 +30,7 @@ class Worker {
   [[nodiscard]] const server::WorkerInfo& info() const { return info_; }
 
   // ---- what arrives from the coordinator ----
-  void assigned(const server::GrantLease& grant);
+  void assigned(const Assigned& order);
   void revoked(const std::vector<LeaseId>& leases);
   /// Accepted, stale or rejected: the result may be forgotten.
   void answered(const LeaseId& lease);
@@ -41,7 +41,7 @@ class Worker {
   void heartbeat();
   void go_on();
   void prepare(JobId job);
-  void rendered(const server::GrantLease& grant, std::uint64_t start);
+  void rendered(const Assigned& order, std::uint64_t start);
   void deliver(const SentResult& result);
   /// Calls `what` now, or when the process is let go on.
   void when_awake(std::function<void()> what);
@@ -55,8 +55,8 @@ class Worker {
   Instant silent_until_{};
   Partition partition_;
   Link link_;
-  std::deque<server::GrantLease> queue_;
-  std::optional<server::GrantLease> running_;
+  std::deque<Assigned> queue_;
+  std::optional<Assigned> running_;
   std::uint64_t start_ = 0;  // counts renderings, so that one that was given up is known
   double running_seconds_ = 0;
   Instant running_since_{};

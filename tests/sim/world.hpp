@@ -49,6 +49,7 @@ struct World {
   Bug bug = Bug::none;
   SimDisk drive;
   std::uint64_t segment_bytes = 0;
+  std::uint64_t compact_bytes = 0;  // of a frame in the journal: then its film is kept whole
   Disk disk;
   int unanswered = 0;  // jobs that clients have not got taken yet
   Acknowledged acknowledged;
@@ -57,6 +58,7 @@ struct World {
   std::uint64_t trace = 0;  // hash of all that was decided
   std::uint64_t faults = 0;
   std::uint64_t decisions = 0;
+  std::uint64_t checkpoints = 0, shortened = 0;
 
   std::unique_ptr<Coordinator> coordinator;
   std::vector<std::unique_ptr<Worker>> workers;

@@ -232,6 +232,22 @@ TEST_F(TimeLimitRestartTest, ThePaceSoFarTellsWhetherAPassIsInTimeWhereNobodyWas
   EXPECT_EQ(shortened_[1], 4) << "the next pass takes three times what those before it took";
 }
 
+TEST_F(TimeLimitRestartTest, AResultOfTheSamplesThatItHadBeforeItsTimeWasUpIsStaleAndNobodysFault) {
+  JobSpec shorter = plans_[1]->spec;
+  shorter.render.samples = 16;
+  const Digest before = plans_[1]->digest;
+  plans_[1] = std::make_shared<const JobPlan>(shorter);
+  restart(3600);
+  for (int i = 0; i < 2 * settings_.offences; ++i)
+    EXPECT_EQ(again_.result_arrived(worker_, old_.lease, 1, before, old_.task, now_),
+              Verdict::stale);
+  LeaseId invented = old_.lease;
+  ++invented.number;
+  EXPECT_EQ(again_.result_arrived(worker_, invented, 1, before, old_.task, now_),
+            Verdict::rejected);
+  EXPECT_EQ(again_.workers(now_).at(0).state.find("quarantined"), std::string::npos);
+}
+
 TEST_F(TimeLimitTest, TheTimeToFinishIsWithinTheLimit) {
   add(1, limited(60));
   ready(join("a"));
