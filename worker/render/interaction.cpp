@@ -160,4 +160,21 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
   return at;
 }
 
+Color transmittance_through(const Scene& scene, Ray ray) {
+  constexpr int surfaces_most = 4096;
+  float passed = 1;
+  for (int i = 0; i < surfaces_most; ++i) {
+    const accel::Hit hit = scene.intersect(ray);
+    if (!hit.any()) return gray(passed);
+    const Interaction at = surface_at(scene, ray, hit);
+    const CompiledMaterial& material = scene.materials[at.material];
+    if (!material.has_opacity && !material.back_culled) return {};
+    passed *= 1 - presence(material, scene.textures, at.shading);
+    if (!(passed > 0)) return {};
+    ray.t_min = at.behind(ray);
+    if (!(ray.t_min < ray.t_max)) return gray(passed);
+  }
+  return {};
+}
+
 }  // namespace tessera::render

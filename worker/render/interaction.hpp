@@ -31,6 +31,11 @@ struct Interaction {
   [[nodiscard]] Vec3 start(const Vec3& direction) const {
     return p + shading.normal * (dot(direction, shading.normal) < 0 ? -error : error);
   }
+  /// How far along `ray`, which came here, the surface is surely behind it.
+  [[nodiscard]] float behind(const Ray& ray) const {
+    const float cosine = std::max(std::abs(dot(ray.direction, shading.normal)), 1e-3F);
+    return (t + error / cosine) * (1 + 0x1p-22F);
+  }
   /// A ray from here along unit `direction`, as far as `length`; `came` is the ray that led here.
   [[nodiscard]] Ray leave(const Vec3& direction, float length, const Ray& came) const {
     Ray ray;
@@ -62,8 +67,12 @@ inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
 /// The surface at `hit`, which came from `ray`.
 Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit);
 
-/// The part of light that passes along `ray`, per channel; now all of it or nothing.
+/// The part of light that passes along `ray` by surfaces that are not wholly there.
+Color transmittance_through(const Scene& scene, Ray ray);
+
+/// The part of light that passes along `ray`, per channel.
 inline Color transmittance(const Scene& scene, const Ray& ray) {
+  if (scene.has_gaps) return transmittance_through(scene, ray);
   return scene.occluded(ray) ? Color{} : gray(1);
 }
 

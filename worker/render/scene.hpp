@@ -78,6 +78,7 @@ struct Scene {
   /// What was subtracted, in double, from all positions: float is finest near 0.
   std::array<double, 3> origin{};
   Bounds3 bounds;
+  bool has_gaps = false;  ///< some surface may be not there, as its opacity says or from behind
   bool moving = false;  ///< some position or transform has more than one time key
   std::vector<scene::Camera> cameras;
 

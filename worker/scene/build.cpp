@@ -23,7 +23,8 @@ std::vector<render::CompiledMaterial> compile_all(const std::vector<scene::Mater
   }
   std::vector<render::CompiledMaterial> out;
   out.reserve(materials.size());
-  for (const scene::Material& material : materials) out.push_back(render::compile(material));
+  for (const scene::Material& material : materials)
+    out.push_back(render::compile(material, materials));
   return out;
 }
 
@@ -111,6 +112,9 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   scene::Scene from = std::move(description);
   render::Scene out(device);
   out.materials = compile_all(from.materials);
+  for (const render::CompiledMaterial& material : out.materials) {
+    out.has_gaps = out.has_gaps || material.has_opacity || material.back_culled;
+  }
   out.cameras = std::move(from.cameras);
 
   const Arrangement arrangement = arrange(from, out.materials);

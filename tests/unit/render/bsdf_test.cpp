@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/unit/render/bsdf_support.hpp"
 #include "tests/unit/render/chi2.hpp"
 #include "worker/render/bsdf/fresnel.hpp"
 #include "worker/render/warp.hpp"
@@ -19,46 +20,7 @@ Lobe glass_lobe(float ior) {
   return {.kind = LobeKind::dielectric, .weight = gray(1), .tint = gray(1), .ior = ior};
 }
 
-Closure closure_of(std::initializer_list<Lobe> lobes, const Vec3& normal = {0, 0, 1}) {
-  Closure closure;
-  closure.clear();
-  closure.normal = normal;
-  closure.shading = Frame(normal);
-  for (const Lobe& lobe : lobes) closure.add(lobe);
-  return closure;
-}
-
-Vec3 from_angles(float cos_theta, float azimuth) {
-  const float s = std::sqrt(1 - cos_theta * cos_theta);
-  return {s * std::cos(azimuth), s * std::sin(azimuth), cos_theta};
-}
-
-/// All directions: (1 + cos θ)/2 against the shading normal, and the azimuth. Delta lobes count as
-/// nothing.
-test::Chi2Case directions(const Closure& closure, const Vec3& wo) {
-  test::Chi2Case test;
-  test.bins_s = 20;
-  test.sample = [closure, wo](test::Random& random) -> std::optional<Vec2> {
-    const float u_lobe = random.next();
-    const BsdfSample drawn = sample(closure, wo, u_lobe, random.next2());
-    if (!drawn || drawn.specular) return std::nullopt;
-    EXPECT_GT(pdf(closure, wo, drawn.wi), 0);
-    EXPECT_NEAR(drawn.pdf, pdf(closure, wo, drawn.wi), 1e-4F * drawn.pdf + 1e-6F);
-    // The weight is f·cos/pdf, cosine included.
-    const Color f = eval(closure, wo, drawn.wi);
-    EXPECT_NEAR(f.g, drawn.weight.g * drawn.pdf, 1e-4F * f.g + 1e-6F);
-    const Vec3 local = closure.shading.to_local(drawn.wi);
-    const float azimuth = std::atan2(local.y, local.x) / (2 * pi);
-    return Vec2{0.5F * (1 + local.z), azimuth < 0 ? azimuth + 1 : azimuth};
-  };
-  test.density = [closure, wo](double s, double t) {
-    const double z = 2 * s - 1, r = std::sqrt(std::max(0.0, 1 - z * z));
-    const Vec3d local{r * std::cos(2 * M_PI * t), r * std::sin(2 * M_PI * t), z};
-    return 4 * M_PI *
-           static_cast<double>(pdf(closure, wo, closure.shading.to_world(to_float(local))));
-  };
-  return test;
-}
+using test::closure_of, test::directions, test::from_angles;
 
 TEST(Bsdf, DiffuseSamplesFollowTheirDensity) {
   for (const float cosine : {1.0F, 0.5F, 0.02F, -0.7F}) {
@@ -139,6 +101,89 @@ TEST(Bsdf, DiffuseIsReciprocal) {
     EXPECT_NEAR(there.g, back.g, 1e-5F);
     EXPECT_NEAR(there.b, back.b, 1e-5F);
     EXPECT_EQ(is_black(there), a.z * b.z <= 0);
+  }
+}
+
+Lobe eon_lobe(const Color& albedo, float roughness) {
+  return {.kind = LobeKind::eon, .weight = albedo, .tint = gray(1), .alpha_x = roughness};
+}
+
+TEST(Bsdf, RoughDiffuseIsLambertsWhereItIsSmooth) {
+  const Closure rough = closure_of({eon_lobe({0.9F, 0.5F, 0.1F}, 0)});
+  const Closure lambert = closure_of({diffuse_lobe({0.9F, 0.5F, 0.1F})});
+  test::Random random(4);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 a = square_to_sphere(random.next2()), b = square_to_sphere(random.next2());
+    EXPECT_NEAR(eval(rough, a, b).r, eval(lambert, a, b).r, 1e-6F);
+    EXPECT_NEAR(eval(rough, a, b).b, eval(lambert, a, b).b, 1e-6F);
+  }
+}
+
+TEST(Bsdf, RoughDiffuseLosesNothingAndIsReciprocal) {
+  for (const float roughness : {0.3F, 1.0F}) {
+    const Closure white = closure_of({eon_lobe(gray(1), roughness)});
+    for (const float cosine : {1.0F, 0.5F, 0.1F, -0.4F}) {
+      EXPECT_NEAR(test::furnace(white, from_angles(cosine, 1)).mean, 1, 0.002) << cosine;
+      if (roughness < 1) {
+        EXPECT_EQ(test::chi2_test(directions(white, from_angles(cosine, 1))), "");
+      }
+    }
+    const Closure gray_one = closure_of({eon_lobe(gray(0.5F), roughness)});
+    EXPECT_LT(test::furnace(gray_one, {0, 0, 1}).mean, 0.5);
+    test::Random random(4);
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 a = square_to_sphere(random.next2()), b = square_to_sphere(random.next2());
+      const float there = eval(gray_one, a, b).g / std::abs(b.z);
+      EXPECT_NEAR(there, eval(gray_one, b, a).g / std::abs(a.z), 1e-4F * there + 1e-6F);
+    }
+  }
+  // Against the light a rough surface is brighter than Lambert's, and darker across.
+  const Closure rough = closure_of({eon_lobe(gray(0.5F), 1)});
+  const Vec3 wo = from_angles(0.3F, 0);
+  EXPECT_GT(eval(rough, wo, from_angles(0.3F, 0)).g, 0.5F * inv_pi * 0.3F);
+  EXPECT_LT(eval(rough, wo, from_angles(0.3F, pi)).g, 0.5F * inv_pi * 0.3F);
+}
+
+TEST(Bsdf, APaneReflectsByBothFacesAndBendsNothing) {
+  const Lobe pane{.kind = LobeKind::pane, .weight = gray(1), .tint = gray(1), .ior = 1.5F};
+  const Closure closure = closure_of({pane});
+  EXPECT_FALSE(closure.has_smooth);
+  for (const float side : {1.0F, -1.0F}) {
+    int reflected = 0;
+    constexpr int n = 10'000;
+    for (int i = 0; i < n; ++i) {
+      const Vec3 wo = {0, 0, side};
+      const BsdfSample drawn = sample(closure, wo, (static_cast<float>(i) + 0.5F) / n, {});
+      ASSERT_TRUE(static_cast<bool>(drawn));
+      EXPECT_NEAR(drawn.weight.g, 1, 1e-5F);
+      EXPECT_EQ(drawn.eta, 1);
+      EXPECT_NEAR(length(drawn.wi - (drawn.transmission ? -wo : wo)), 0, 1e-6F);
+      if (!drawn.transmission) ++reflected;
+    }
+    EXPECT_NEAR(reflected, 0.076923 * n, 1.5);
+  }
+}
+
+TEST(Bsdf, LobesWithFramesOfTheirOwnFollowTheirDensity) {
+  Closure closure = closure_of({diffuse_lobe(gray(0.4F))});
+  Lobe coat = diffuse_lobe(gray(0.6F));
+  coat.frame = closure.add_frame(Frame(normalize(Vec3{0.5F, 0.1F, 0.8F})));
+  closure.add(coat);
+  test::Chi2Case test = directions(closure, from_angles(0.7F, 1));
+  test.quadrature = 16;  // the density has a step within bins
+  EXPECT_EQ(test::chi2_test(test), "");
+}
+
+TEST(Bsdf, ScalingALobeScalesWhatItGives) {
+  const Vec3 wo = from_angles(0.7F, 1), wi = from_angles(0.5F, 2);
+  for (const Lobe& lobe : {diffuse_lobe(gray(0.5F)), eon_lobe(gray(0.5F), 0.7F)}) {
+    Closure closure = closure_of({lobe, lobe});
+    const float before = eval(closure_of({lobe}), wo, wi).g;
+    scale(closure, 1, 0.25F);
+    EXPECT_NEAR(eval(closure, wo, wi).g, 1.25F * before, 1e-6F);
+    EXPECT_NEAR(closure.pick_sum, closure.pick[0] + closure.pick[1], 1e-7F);
+    scale(closure, 1, 0);
+    EXPECT_EQ(closure.count, 1);
   }
 }
 

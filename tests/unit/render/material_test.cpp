@@ -10,7 +10,7 @@ Closure at(const scene::Material& material, const Vec3& wo) {
   Closure closure;
   ShadingPoint point;
   point.wo = wo;
-  evaluate(compile(material), point, closure);
+  evaluate(compile(material), {}, point, closure);
   return closure;
 }
 
@@ -71,11 +71,11 @@ TEST(Material, AClosureIsCleanFromHitToHit) {
   Closure closure;
   ShadingPoint point;
   point.wo = {0, 0, 1};
-  evaluate(compile({"light", scene::Emitter{{1, 1, 1}, true}}), point, closure);
-  evaluate(compile({"wall", scene::Diffuse{}}), point, closure);
+  evaluate(compile({"light", scene::Emitter{{1, 1, 1}, true}}), {}, point, closure);
+  evaluate(compile({"wall", scene::Diffuse{}}), {}, point, closure);
   EXPECT_EQ(closure.emission, Color{});
   EXPECT_EQ(closure.count, 1);
-  evaluate(compile({"m", scene::Mirror{}}), point, closure);
+  evaluate(compile({"m", scene::Mirror{}}), {}, point, closure);
   EXPECT_EQ(closure.count, 1);
   EXPECT_FALSE(closure.has_smooth);
   EXPECT_EQ(closure.pick_sum, 1);

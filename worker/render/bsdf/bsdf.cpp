@@ -4,7 +4,11 @@
 
 #include "worker/render/bsdf/dielectric.hpp"
 #include "worker/render/bsdf/diffuse.hpp"
+#include "worker/render/bsdf/eon.hpp"
+#include "worker/render/bsdf/microfacet.hpp"
 #include "worker/render/bsdf/mirror.hpp"
+#include "worker/render/bsdf/pane.hpp"
+#include "worker/render/bsdf/rough_dielectric.hpp"
 
 namespace tessera::render {
 
@@ -22,6 +26,15 @@ LobeSample sample_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
       return mirror::sample(lobe, wo);
     case LobeKind::dielectric:
       return dielectric::sample(lobe, wo, u_lobe);
+    case LobeKind::eon:
+      return eon::sample(lobe, wo, u);
+    case LobeKind::microfacet:
+    case LobeKind::microfacet_through:
+      return microfacet::sample(lobe, wo, u_lobe, u);
+    case LobeKind::rough_dielectric:
+      return rough_dielectric::sample(lobe, wo, u_lobe, u);
+    case LobeKind::pane:
+      return pane::sample(lobe, wo, u_lobe);
   }
   return {};
 }
@@ -30,8 +43,16 @@ Color eval_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   switch (lobe.kind) {
     case LobeKind::diffuse:
       return diffuse::eval(lobe, wo, wi);
+    case LobeKind::eon:
+      return eon::eval(lobe, wo, wi);
+    case LobeKind::microfacet:
+    case LobeKind::microfacet_through:
+      return microfacet::eval(lobe, wo, wi);
+    case LobeKind::rough_dielectric:
+      return rough_dielectric::eval(lobe, wo, wi);
     case LobeKind::mirror:
     case LobeKind::dielectric:
+    case LobeKind::pane:
       break;
   }
   return {};
@@ -41,22 +62,69 @@ float pdf_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   switch (lobe.kind) {
     case LobeKind::diffuse:
       return diffuse::pdf(wo, wi);
+    case LobeKind::eon:
+      return eon::pdf(wo, wi);
+    case LobeKind::microfacet:
+    case LobeKind::microfacet_through:
+      return microfacet::pdf(lobe, wo, wi);
+    case LobeKind::rough_dielectric:
+      return rough_dielectric::pdf(lobe, wo, wi);
     case LobeKind::mirror:
     case LobeKind::dielectric:
+    case LobeKind::pane:
       break;
   }
   return 0;
 }
 
-/// True if wo and wi agree about the side they are on by both normals: what a bent normal calls
-/// reflection must not pass through the true surface, nor the other way round (Veach 1997,
-/// section 5.3).
-bool sides_agree(const Closure& closure, const Vec3& wo, const Vec3& wi, bool transmission) {
-  const bool other_side = dot(wo, closure.normal) * dot(wi, closure.normal) <= 0;
-  return other_side == transmission;
+/// A pair of directions, in the world and in the shading frame.
+struct Pair {
+  const Vec3& world_wo;
+  const Vec3& world_wi;
+  Vec3 wo, wi;
+  /// By the geometric normal they are on different sides.
+  bool across;
+
+  Pair(const Closure& closure, const Vec3& out, const Vec3& in)
+      : world_wo(out),
+        world_wi(in),
+        wo(closure.shading.to_local(out)),
+        wi(closure.shading.to_local(in)),
+        across(dot(out, closure.normal) * dot(in, closure.normal) <= 0) {}
+  /// What a bent normal calls reflection must not pass through the true surface, nor the other way
+  /// round (Veach 1997, section 5.3).
+  [[nodiscard]] bool agrees() const { return across == (wo.z * wi.z <= 0); }
+};
+
+/// The same for lobes that have a frame of their own, each by its own; the others by the shading
+/// frame.
+struct Framed {
+  Vec3 wo, wi;
+  bool agrees;
+  Framed(const Closure& closure, const Lobe& lobe, const Pair& at)
+      : wo(at.wo), wi(at.wi), agrees(at.agrees()) {
+    if (lobe.frame == 0) return;
+    const Frame& frame = closure.frames[lobe.frame - std::size_t{1}];
+    wo = frame.to_local(at.world_wo);
+    wi = frame.to_local(at.world_wi);
+    agrees = at.across == (wo.z * wi.z <= 0);
+  }
+};
+
+[[gnu::noinline]] Scattering scattering_framed(const Closure& closure, const Pair& at) {
+  Scattering sum;
+  for (std::size_t i = 0; i < index_of(closure.count); ++i) {
+    const Lobe& lobe = closure.lobes[i];
+    const Framed in(closure, lobe, at);
+    if (!in.agrees) continue;
+    sum.value += eval_lobe(lobe, in.wo, in.wi);
+    sum.pdf += closure.pick[i] * pdf_lobe(lobe, in.wo, in.wi);
+  }
+  sum.pdf /= closure.pick_sum;
+  return sum;
 }
 
-/// Sums over the smooth lobes, in the shading frame.
+/// Sums over the smooth lobes.
 Color eval_local(const Closure& closure, const Vec3& wo, const Vec3& wi) {
   Color sum;
   for (int i = 0; i < closure.count; ++i) sum += eval_lobe(closure.lobes[index_of(i)], wo, wi);
@@ -69,6 +137,16 @@ float pdf_local(const Closure& closure, const Vec3& wo, const Vec3& wi) {
     sum += closure.pick[index_of(i)] * pdf_lobe(closure.lobes[index_of(i)], wo, wi);
   }
   return closure.count > 0 ? sum / closure.pick_sum : 0;
+}
+
+Scattering scattering_of(const Closure& closure, const Pair& at) {
+  if (closure.frame_count > 0) return scattering_framed(closure, at);
+  if (!at.agrees()) return {};
+  return {.value = eval_local(closure, at.wo, at.wi), .pdf = pdf_local(closure, at.wo, at.wi)};
+}
+
+const Frame& frame_of(const Closure& closure, const Lobe& lobe) {
+  return lobe.frame == 0 ? closure.shading : closure.frames[lobe.frame - std::size_t{1}];
 }
 
 struct Choice {
@@ -97,18 +175,19 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
   if (closure.count == 0) return {};
   const Choice choice = choose(closure, u_lobe);
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
-  const Vec3 local_wo = closure.shading.to_local(wo);
-  const LobeSample drawn = sample_lobe(lobe, local_wo, choice.u, u);
+  const Frame& frame = frame_of(closure, lobe);
+  const LobeSample drawn = sample_lobe(lobe, frame.to_local(wo), choice.u, u);
   if (!(drawn.pdf > 0)) return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
 
-  BsdfSample result{.wi = closure.shading.to_world(drawn.wi),
+  BsdfSample result{.wi = frame.to_world(drawn.wi),
                     .weight = drawn.weight,
                     .pdf = drawn.pdf,
                     .kind = lobe.kind,
                     .specular = !is_smooth(lobe),
                     .transmission = drawn.transmission,
                     .eta = drawn.eta};
-  if (!sides_agree(closure, wo, result.wi, drawn.transmission)) {
+  const bool across = dot(wo, closure.normal) * dot(result.wi, closure.normal) <= 0;
+  if (across != drawn.transmission) {
     return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
   }
   if (closure.count > 1) {
@@ -116,25 +195,62 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
       result.pdf *= choice.probability;
       result.weight = drawn.weight / choice.probability;
     } else {
-      result.pdf = pdf_local(closure, local_wo, drawn.wi);
-      result.weight = eval_local(closure, local_wo, drawn.wi) / result.pdf;
+      const Scattering all = scattering_of(closure, Pair(closure, wo, result.wi));
+      if (!(all.pdf > 0)) return {.kind = lobe.kind};
+      result.pdf = all.pdf;
+      result.weight = all.value / all.pdf;
     }
   }
   return result;
 }
 
 Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  const Vec3 local_wo = closure.shading.to_local(wo), local_wi = closure.shading.to_local(wi);
-  if (!sides_agree(closure, wo, wi, local_wo.z * local_wi.z <= 0)) return {};
-  return {.value = eval_local(closure, local_wo, local_wi),
-          .pdf = pdf_local(closure, local_wo, local_wi)};
+  return scattering_of(closure, Pair(closure, wo, wi));
+}
+
+void scale(Closure& closure, int first, float by) {
+  for (std::size_t i = index_of(first); i < index_of(closure.count); ++i) {
+    Lobe& lobe = closure.lobes[i];
+    // An eon lobe is not linear in its albedo; later bounces in a rough dielectric are multiplied
+    // by weight and tint anyhow.
+    if (lobe.kind != LobeKind::eon) lobe.weight *= by;
+    lobe.tint *= by;
+    lobe.dip *= by;
+    if (lobe.kind != LobeKind::rough_dielectric) lobe.multiple *= by;
+    closure.pick[i] *= by;
+  }
+  if (!(by > 0)) closure.count = std::min(closure.count, first);
+  // Summed anew, so that what is left out leaves nothing behind.
+  closure.pick_sum = 0;
+  closure.flags = 0;
+  closure.has_smooth = false;
+  for (std::size_t i = 0; i < index_of(closure.count); ++i) {
+    const std::uint8_t bits = lobe_flags(closure.lobes[i].kind);
+    closure.pick_sum += closure.pick[i];
+    closure.flags = static_cast<std::uint8_t>(closure.flags | bits);
+    closure.has_smooth = closure.has_smooth || is_smooth(closure.lobes[i]);
+  }
 }
 
 Color albedo(const Closure& closure) {
   Color sum;
   for (int i = 0; i < closure.count; ++i) {
     const Lobe& lobe = closure.lobes[index_of(i)];
-    sum += lobe.kind == LobeKind::dielectric ? gray(1) : lobe.weight;
+    switch (lobe.kind) {
+      case LobeKind::dielectric:
+      case LobeKind::rough_dielectric:
+      case LobeKind::pane:
+        sum += gray(std::max(max_component(lobe.weight), max_component(lobe.tint)));
+        break;
+      case LobeKind::mirror:
+        sum += is_black(lobe.tint) ? lobe.weight : lobe.tint;
+        break;
+      case LobeKind::eon:
+        sum += lobe.weight * lobe.tint;
+        break;
+      default:
+        sum += lobe.weight;
+    }
   }
   return {std::clamp(sum.r, 0.0F, 1.0F), std::clamp(sum.g, 0.0F, 1.0F),
           std::clamp(sum.b, 0.0F, 1.0F)};

@@ -17,14 +17,23 @@
 /// - sample()'s weight is f·|cos θi| / pdf: the cosine is in it, and the pdf and the lobe's choice
 /// are divided out.
 /// - pdf() is per unit of solid angle of wi, and holds the choice of lobe. Delta lobes (mirror,
-/// smooth dielectric) are invisible to
+/// smooth dielectric, pane) are invisible to
 ///   eval() and pdf(): they return 0 for them.
 /// - Black from eval() means that no light goes this way. A sample with a black weight or pdf 0 is
 /// a path's end: take no
 ///   further step.
 namespace tessera::render {
 
-enum class LobeKind : std::uint8_t { diffuse, mirror, dielectric };
+enum class LobeKind : std::uint8_t {
+  diffuse,
+  mirror,
+  dielectric,
+  eon,                 ///< rough diffuse
+  microfacet,          ///< GGX, reflecting
+  microfacet_through,  ///< the same, thrown to the other side of a thin wall
+  rough_dielectric,    ///< GGX, reflecting and refracting
+  pane,                ///< smooth thin wall: reflects, or passes straight on
+};
 
 /// What a lobe can do: bits.
 namespace lobe_flag {
@@ -37,7 +46,15 @@ constexpr std::uint8_t lobe_flags(LobeKind kind) {
     case LobeKind::mirror:
       return lobe_flag::reflection | lobe_flag::specular;
     case LobeKind::dielectric:
+    case LobeKind::pane:
       return lobe_flag::reflection | lobe_flag::transmission | lobe_flag::specular;
+    case LobeKind::eon:
+    case LobeKind::microfacet:
+      return lobe_flag::reflection;
+    case LobeKind::microfacet_through:
+      return lobe_flag::transmission;
+    case LobeKind::rough_dielectric:
+      return lobe_flag::reflection | lobe_flag::transmission;
   }
   return 0;
 }
@@ -45,10 +62,23 @@ constexpr std::uint8_t lobe_flags(LobeKind kind) {
 /// One lobe: which, and its parameters.
 struct Lobe {
   LobeKind kind = LobeKind::diffuse;
-  Color weight;  ///< diffuse: albedo; mirror, dielectric: what is reflected is multiplied by this
-  Color tint;    ///< dielectric: what passes is multiplied by this
+  std::uint8_t frame = 0;  ///< 0: Closure::shading; else which of Closure::frames, from 1
+  /// Diffuse, eon: albedo; mirror, dielectrics, pane: what is reflected is multiplied by this;
+  /// microfacet: reflectance along the microfacet's normal.
+  Color weight;
+  /// Dielectrics, pane: what passes is multiplied by this; microfacet: the rise of its reflectance
+  /// (fresnel.hpp); mirror: its albedo, if that is another than its weight; eon: multiplies it
+  /// all.
+  Color tint;
   float ior =
       1;  ///< dielectric: index on the side away from the normal over that on the normal's side
+  // What follows is of the rough ones alone.
+  float alpha_x = 0, alpha_y = 0;  ///< of GGX; eon: alpha_x is its roughness
+  Color dip;                       ///< microfacet: of its reflectance (fresnel.hpp)
+  /// What light that bounced more than once between microfacets is multiplied by, wo's part in it.
+  /// Rough dielectric: r of what is reflected, g of what is refracted.
+  Color multiple;
+  float multiple_share = 0;  ///< the chance with which such light is sampled
 };
 
 /// All that scattering at one point needs, evaluated once per hit. Fixed in size; reuse one object
@@ -57,14 +87,16 @@ struct Closure {
   static constexpr int lobes_max = 8;
 
   Frame shading;                      ///< n is the shading normal, on the outer side
+  std::array<Frame, 4> frames;        ///< of lobes that have a normal or a tangent of their own
   Vec3 normal{0, 0, 1};               ///< geometric, unit, outer side
   Color emission;                     ///< radiance emitted towards wo
   std::array<Lobe, lobes_max> lobes;  ///< the first `count`
   std::array<float, lobes_max> pick;  ///< relative probability of each; not normalised
   float pick_sum = 0;
   int count = 0;
-  std::uint8_t flags = 0;   ///< union of the lobes' flags
-  bool has_smooth = false;  ///< some lobe is not a delta: direct light is worth sampling
+  std::uint8_t flags = 0;        ///< union of the lobes' flags
+  bool has_smooth = false;       ///< some lobe is not a delta: direct light is worth sampling
+  std::uint8_t frame_count = 0;  ///< of `frames`
 
   void clear() {
     emission = {};
@@ -72,11 +104,22 @@ struct Closure {
     count = 0;
     flags = 0;
     has_smooth = false;
+    frame_count = 0;
+  }
+  /// A frame for Lobe::frame.
+  std::uint8_t add_frame(const Frame& frame) {
+    assert(frame_count < frames.size());
+    if (frame_count == frames.size()) return 0;
+    frames[frame_count] = frame;
+    return ++frame_count;
   }
   /// Adds a lobe that is chosen in proportion to its greatest component; one that scatters nothing
   /// is left out.
   void add(const Lobe& lobe) {
-    const float weight = std::max(max_component(lobe.weight), max_component(lobe.tint));
+    add(lobe, std::max(max_component(lobe.weight), max_component(lobe.tint)));
+  }
+  /// Adds a lobe that is chosen in proportion to `weight`; none if that is 0.
+  void add(const Lobe& lobe, float weight) {
     if (!(weight > 0)) return;
     assert(count < lobes_max);
     if (count == lobes_max) return;
@@ -89,6 +132,9 @@ struct Closure {
     has_smooth = has_smooth || (lobe_flag_bits & lobe_flag::specular) == 0;
   }
 };
+
+/// Multiplies all that the lobes from `first` on do.
+void scale(Closure& closure, int first, float by);
 
 /// A direction drawn from a closure.
 struct BsdfSample {

@@ -1,5 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
+
+#include "worker/render/vec.hpp"
 
 namespace tessera::render {
 
@@ -22,5 +25,53 @@ inline Fresnel fresnel_dielectric(float cos_incident, float eta) {
       (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
   return {0.5F * (parallel * parallel + perpendicular * perpendicular), cos_transmitted};
 }
+
+/// ((η − 1) / (η + 1))²: along the normal.
+constexpr float normal_reflectance(float eta) {
+  const float root = (eta - 1) / (eta + 1);
+  return root * root;
+}
+
+/// Fresnel's equations for a conductor with the complex index η + ik, against air.
+inline double fresnel_conductor(double cosine, double eta, double k) {
+  const double c2 = cosine * cosine, s2 = 1 - c2, n2 = eta * eta, k2 = k * k;
+  const double t = n2 - k2 - s2;
+  const double ab = std::sqrt(t * t + 4 * n2 * k2);
+  const double a = std::sqrt(std::max(0.0, 0.5 * (ab + t)));
+  const double across = (ab + c2 - 2 * a * cosine) / (ab + c2 + 2 * a * cosine);
+  const double u = ab * c2 + s2 * s2, v = 2 * a * cosine * s2;
+  return 0.5 * across * (1 + (u - v) / (u + v));
+}
+
+/// (1 − c)^5, of Schlick's approximation.
+constexpr float schlick(float cosine) {
+  const float m = 1 - cosine, m2 = m * m;
+  return m2 * m2 * m;
+}
+
+/// The reflectance of a microfacet, F(c) = normal + rise·(1 − c)^5 − dip·c·(1 − c)^6: Schlick's
+/// approximation, with the dip that metals have before grazing angles (Lazányi and Szirmay-Kalos
+/// 2005; parametrised at 82° by Kutz, Hašan and Edmondson 2021).
+struct Reflectance {
+  Color normal, rise, dip;
+
+  [[nodiscard]] Color at(float cosine) const {
+    const float m = std::clamp(1 - cosine, 0.0F, 1.0F), m2 = m * m, m5 = m2 * m2 * m;
+    const Color f = normal + rise * m5 - dip * ((1 - m) * m * m5);
+    return {std::max(f.r, 0.0F), std::max(f.g, 0.0F), std::max(f.b, 0.0F)};
+  }
+  /// 2∫F(c)·c dc over 0…1.
+  [[nodiscard]] Color mean() const { return normal + rise * (1 / 21.0F) - dip * (1 / 126.0F); }
+  [[nodiscard]] Reflectance times(const Color& by) const {
+    return {normal * by, rise * by, dip * by};
+  }
+};
+
+/// Schlick's, from `normal` at 0° to `grazing` at 90°.
+constexpr Reflectance schlick_reflectance(const Color& normal, const Color& grazing) {
+  return {normal, grazing - normal, {}};
+}
+/// That of a conductor, which it meets at 0°, 82° (cosine 1/7) and 90°.
+Reflectance conductor_reflectance(const Color& eta, const Color& k);
 
 }  // namespace tessera::render

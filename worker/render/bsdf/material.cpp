@@ -1,45 +1,66 @@
 #include "worker/render/bsdf/material.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <utility>
 #include <variant>
+
+#include "worker/render/fastmath.hpp"
 
 namespace tessera::render {
 
 namespace {
 
-/// ((η − 1)² + k²) / ((η + 1)² + k²), the reflectance of a conductor seen along its normal.
-Color normal_reflectance(const Color& eta, const Color& k) {
-  const auto of = [](float n, float extinction) {
-    const float k2 = extinction * extinction;
-    return ((n - 1) * (n - 1) + k2) / ((n + 1) * (n + 1) + k2);
-  };
-  return {of(eta.r, k.r), of(eta.g, k.g), of(eta.b, k.b)};
-}
+using Materials = std::span<const scene::Material>;
 
 void append(CompiledMaterial& material, const Instruction& instruction) {
   assert(material.count < CompiledMaterial::instructions_max);
   material.program[static_cast<std::size_t>(material.count++)] = instruction;
 }
 
-void compile_diffuse(const scene::Material& source, CompiledMaterial& out) {
-  const auto& diffuse = std::get<scene::Diffuse>(source.surface);
-  append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = to_color(diffuse.reflectance)}});
+void append(CompiledMaterial& material, Surface surface) {
+  const std::uint8_t wants = std::visit([](const auto& one) { return one.wants(); }, surface);
+  material.wants = static_cast<std::uint8_t>(material.wants | wants);
+  material.surfaces.push_back(std::move(surface));
+  append(material, Instruction{.code = Instruction::Code::surface,
+                               .surface = static_cast<std::uint8_t>(material.surfaces.size() - 1)});
 }
 
-void compile_mirror(const scene::Material& source, CompiledMaterial& out) {
+/// What is left of light after `distance` is `color`: −ln(color) / distance, at most so much that
+/// nothing is left after it.
+Color absorption(const scene::Color& color, double distance) {
+  if (!(distance > 0)) return {};
+  const auto of = [distance](double left) {
+    return static_cast<float>(-fast::log(std::clamp(left, 1e-30, 1.0)) / distance);
+  };
+  return {of(color[0]), of(color[1]), of(color[2])};
+}
+
+void compile_diffuse(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
+  const auto& diffuse = std::get<scene::Diffuse>(source.surface);
+  Lobe lobe{.kind = LobeKind::diffuse, .weight = to_color(diffuse.reflectance)};
+  if (diffuse.roughness > 0) {
+    lobe.kind = LobeKind::eon;
+    lobe.tint = gray(1);
+    lobe.alpha_x = static_cast<float>(diffuse.roughness);
+  }
+  append(out, {.lobe = lobe});
+}
+
+void compile_mirror(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
   const auto& mirror = std::get<scene::Mirror>(source.surface);
   append(out, {.lobe = {.kind = LobeKind::mirror, .weight = to_color(mirror.reflectance)}});
 }
 
-void compile_dielectric(const scene::Material& source, CompiledMaterial& out) {
+void compile_dielectric(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
   const auto& dielectric = std::get<scene::Dielectric>(source.surface);
-  append(out, {.lobe = {.kind = LobeKind::dielectric,
-                        .weight = to_color(dielectric.reflectance),
-                        .tint = to_color(dielectric.transmittance),
-                        .ior = static_cast<float>(dielectric.ior)}});
+  append(out, Surface(DielectricSurface(dielectric)));
+  out.interface = !dielectric.thin_walled;
+  out.medium = {static_cast<float>(dielectric.ior), source.priority,
+                absorption(dielectric.attenuation_color, dielectric.attenuation_distance)};
 }
 
-void compile_emitter(const scene::Material& source, CompiledMaterial& out) {
+void compile_emitter(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
   const auto& emitter = std::get<scene::Emitter>(source.surface);
   out.radiance = to_color(emitter.radiance);
   out.two_sided = emitter.two_sided;
@@ -51,32 +72,53 @@ void compile_emitter(const scene::Material& source, CompiledMaterial& out) {
     append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = reflectance}});
 }
 
-void compile_conductor(const scene::Material& source, CompiledMaterial& out) {
-  const auto& conductor = std::get<scene::Conductor>(source.surface);
-  append(out,
-         {.lobe = {.kind = LobeKind::mirror,
-                   .weight = normal_reflectance(to_color(conductor.eta), to_color(conductor.k))}});
+void compile_conductor(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
+  append(out, Surface(ConductorSurface(std::get<scene::Conductor>(source.surface))));
 }
 
-/// What is diffuse of it, and what it emits.
-void compile_principled(const scene::Material& source, CompiledMaterial& out) {
+void compile_principled(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
   const auto& principled = std::get<scene::Principled>(source.surface);
-  const Color base = to_color(principled.base_color.factor);
-  const Color emission = principled.unlit ? base : to_color(principled.emission.factor);
-  if (!is_black(emission)) {
-    if (!principled.unlit) out.radiance = emission;
-    out.two_sided = true;
-    append(out, {.code = Instruction::Code::emit_two_sided, .radiance = emission});
+  append(out, Surface(PrincipledSurface(principled, source.vertex_colors)));
+  // What is unlit shines for the eye, and is no light to sample; nor is what differs from place to
+  // place. Paths find both.
+  if (!principled.unlit && !principled.emission.texture) {
+    out.radiance = to_color(principled.emission.factor);
   }
-  if (!principled.unlit) append(out, {.lobe = {.kind = LobeKind::diffuse, .weight = base}});
+  out.two_sided = !source.back_culled;
+  out.interface = !principled.unlit && !principled.thin_walled &&
+                  principled.transmission.factor > 0 && principled.metallic.factor < 1;
+  out.medium = {static_cast<float>(principled.ior), source.priority,
+                absorption(principled.attenuation_color, principled.attenuation_distance)};
 }
 
-/// A mix has no steps of its own: compile_all() joins those of its two.
-void compile_mix(const scene::Material& /*source*/, CompiledMaterial& /*out*/) {}
+void compile_mix(const scene::Material& source, Materials all, CompiledMaterial& out) {
+  const auto& mix = std::get<scene::Mix>(source.surface);
+  bool second = false;
+  for (const std::uint32_t index : {mix.first, mix.second}) {
+    assert(index < all.size() && !std::holds_alternative<scene::Mix>(all[index].surface));
+    const CompiledMaterial part = compile(all[index]);
+    assert(!part.emits());
+    for (int i = 0; i < part.count; ++i) {
+      const Instruction& step = part.program[static_cast<std::size_t>(i)];
+      if (step.code == Instruction::Code::surface) {
+        append(out, part.surfaces[step.surface]);
+      } else {
+        append(out, step);
+      }
+    }
+    append(out, Surface(MixStep{ScalarSlot(mix.amount), second}));
+    if (part.interface && !out.interface) {
+      out.interface = true;
+      out.medium = part.medium;
+      out.medium.priority = source.priority;
+    }
+    second = true;
+  }
+}
 
 struct Entry {
   std::string_view name;
-  void (*compile)(const scene::Material&, CompiledMaterial&);
+  void (*compile)(const scene::Material&, Materials, CompiledMaterial&);
 };
 /// Every material there is, in the order of scene::Material::surface. The next one: its lobe's
 /// file, a function above, a line here.
@@ -91,12 +133,61 @@ constexpr Entry materials[] = {
 };
 static_assert(std::size(materials) == std::variant_size_v<decltype(scene::Material::surface)>);
 
+/// Runs a surface. `part` is the closure's first lobe of the present part of a mix.
+void run(const Surface& surface, const Source& source, int& part, Closure& out) {
+  if (const auto* principled = std::get_if<PrincipledSurface>(&surface)) {
+    principled->add(source, out);
+  } else if (const auto* dielectric = std::get_if<DielectricSurface>(&surface)) {
+    dielectric->add(source, out);
+  } else if (const auto* conductor = std::get_if<ConductorSurface>(&surface)) {
+    conductor->add(source, out);
+  } else if (const auto* mix = std::get_if<MixStep>(&surface)) {
+    const float amount = unit(mix->amount.at(source));
+    scale(out, part, mix->second ? amount : 1 - amount);
+    part = out.count;
+  }
+}
+
+/// What holds for a material whatever its surface.
+void compile_common(const scene::Material& source, CompiledMaterial& out) {
+  unsigned wants = out.wants;
+  out.back_culled = source.back_culled;
+  const scene::Opacity& opacity = source.opacity;
+  if (opacity.mode != scene::Opacity::Mode::opaque) {
+    out.has_opacity = true;
+    out.opacity = opacity.mode;
+    out.cutoff = static_cast<float>(opacity.cutoff);
+    out.alpha = ScalarSlot(opacity.alpha);
+    out.vertex_alpha = source.vertex_colors;
+    wants |= wanted_by(out.alpha);
+    if (out.vertex_alpha) wants |= detail_flag::color;
+    // Light samples would take it to be there; paths find what is.
+    out.radiance = {};
+  }
+  if (source.normal_map) {
+    out.normal_map.emplace(*source.normal_map);
+    wants |= wanted_by(out.normal_map->texture.uv_set) | detail_flag::tangent;
+  }
+  out.wants = static_cast<std::uint8_t>(wants);
+}
+
 }  // namespace
 
-CompiledMaterial compile(const scene::Material& material) {
+CompiledMaterial compile(const scene::Material& material, std::span<const scene::Material> all) {
   CompiledMaterial out;
-  materials[material.surface.index()].compile(material, out);
+  materials[material.surface.index()].compile(material, all, out);
+  compile_common(material, out);
   return out;
+}
+
+float presence(const CompiledMaterial& material, const TextureTable& textures,
+               const ShadingPoint& point) {
+  if (material.back_culled && dot(point.wo, point.normal) < 0) return 0;
+  if (!material.has_opacity) return 1;
+  float alpha = material.alpha.at({point, textures});
+  if (material.vertex_alpha && point.detail) alpha *= point.detail->alpha;
+  if (material.opacity == scene::Opacity::Mode::mask) return alpha >= material.cutoff ? 1.0F : 0.0F;
+  return unit(alpha);
 }
 
 std::vector<std::string_view> material_names() {
@@ -105,10 +196,15 @@ std::vector<std::string_view> material_names() {
   return names;
 }
 
-void evaluate(const CompiledMaterial& material, const ShadingPoint& point, Closure& out) {
+void evaluate(const CompiledMaterial& material, const TextureTable& textures,
+              const ShadingPoint& point, Closure& out) {
   out.clear();
   out.shading = point.shading;
+  if (material.normal_map) [[unlikely]] {
+    out.shading = material.normal_map->frame({point, textures});
+  }
   out.normal = point.normal;
+  int part = 0;
   for (int i = 0; i < material.count; ++i) {
     const Instruction& step = material.program[static_cast<std::size_t>(i)];
     switch (step.code) {
@@ -120,6 +216,9 @@ void evaluate(const CompiledMaterial& material, const ShadingPoint& point, Closu
         break;
       case Instruction::Code::emit_two_sided:
         out.emission += step.radiance;
+        break;
+      case Instruction::Code::surface:
+        run(material.surfaces[step.surface], {point, textures}, part, out);
         break;
     }
   }

@@ -18,6 +18,16 @@ float smooth_share(const Closure& closure) {
   return smooth / closure.pick_sum;
 }
 
+/// True if some lobe that is not a delta sends light to the other side.
+bool passes_smoothly(const Closure& closure) {
+  if ((closure.flags & lobe_flag::transmission) == 0) return false;
+  for (int i = 0; i < closure.count; ++i) {
+    const Lobe& lobe = closure.lobes[static_cast<std::size_t>(i)];
+    if (!is_delta(lobe) && (lobe_flags(lobe.kind) & lobe_flag::transmission) != 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 BsdfSample sample_hemisphere(const Closure& closure, const Vec3& wo, const Draw4& numbers) {
@@ -28,11 +38,21 @@ BsdfSample sample_hemisphere(const Closure& closure, const Vec3& wo, const Draw4
     share = smooth_share(closure);
   }
   Vec3 local = square_to_hemisphere(numbers.pair(dim::bsdf));
-  const float density = share * hemisphere_pdf(local);
+  float density = share * hemisphere_pdf(local);
   if (dot(wo, closure.shading.n) < 0) local.z = -local.z;
+  bool transmission = false;
+  if (passes_smoothly(closure)) {
+    // Either side; there is no roulette here whose number would be needed.
+    density *= 0.5F;
+    transmission = numbers[dim::roulette] < 0.5F;
+    if (transmission) local.z = -local.z;
+  }
   const Vec3 wi = closure.shading.to_world(local);
   if (!(density > 0)) return {};
-  return {.wi = wi, .weight = scattering(closure, wo, wi).value / density, .pdf = density};
+  return {.wi = wi,
+          .weight = scattering(closure, wo, wi).value / density,
+          .pdf = density,
+          .transmission = transmission};
 }
 
 void hemisphere(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {

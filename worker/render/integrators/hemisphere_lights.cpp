@@ -30,7 +30,7 @@ struct HemisphereLightsRules : HemisphereRules {
       if (!light || is_black(light.radiance)) continue;
       const Color scattered = eval(trace.closure, at.shading.wo, light.wi);
       if (is_black(scattered)) continue;
-      const Color passed = passed_from(trace, at, light, path.ray);
+      const Color passed = passed_from(trace, at, light, path);
       if (is_black(passed)) continue;
       const float weight = 1 / (light.pdf * static_cast<float>(count));
       record.add(path.throughput * scattered * light.radiance * passed * weight, first,

@@ -4,9 +4,9 @@
 namespace tessera::render {
 
 /// A direction uniform over the hemisphere around the shading normal, on wo's side: density 1/2π,
-/// weight 2π·f·cos θ. Deltas, which no such direction meets, are followed as sample() follows them:
-/// where a closure has both, the numbers choose between the lobes as they do there. Smooth lobes
-/// are taken to reflect only.
+/// weight 2π·f·cos θ; where a lobe that is no delta sends light to the other side, over the whole
+/// sphere. Deltas, which no such direction meets, are followed as sample() follows them:
+/// where a closure has both, the numbers choose between the lobes as they do there.
 BsdfSample sample_hemisphere(const Closure& closure, const Vec3& wo, const Draw4& numbers);
 
 /// Rules of walk() for the report's estimator.

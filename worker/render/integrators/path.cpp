@@ -1,5 +1,6 @@
 #include "worker/render/integrators/path.hpp"
 
+#include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
 namespace tessera::render {
@@ -57,7 +58,7 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     if (!light || is_black(light.radiance)) continue;
     const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
     if (is_black(scattered.value)) continue;
-    const Color passed = passed_from(trace, at, light, path.ray);
+    const Color passed = passed_from(trace, at, light, path);
     if (is_black(passed)) continue;
     const float by_light = light.pdf * counted;
     const float weight = power_heuristic(by_light, scattered.pdf);
@@ -96,8 +97,15 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
     prefetch_corners(scene.geometry_of(hit), hit.primitive);
     const Draw4 light_draw = sampler.draw4(dim::light_set(depth), 0, light_samples);
 
-    const Interaction at = surface_at(scene, path.ray, hit);
-    evaluate(scene.materials[at.material], at.shading, closure);
+    Interaction at = surface_at(scene, path.ray, hit);
+    const CompiledMaterial& material = scene.materials[at.material];
+    if (path.media.size() > 0) absorb(trace, path, at.t);
+    if (material.may_pass() && passes(trace, sampler, path, at)) {
+      if (path.passes == passes_most) return;
+      hit = intersect(trace, path.ray);
+      continue;
+    }
+    evaluate(material, scene.textures, at.shading, closure);
     if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
     add_emission(trace, path, at, closure.emission, record);
     if (path.depth > trace.bounces || closure.count == 0) return;
@@ -105,7 +113,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
     path.last_context = light_context(at, closure, path);
     const PathState here = path;
     const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
-    const bool goes_on = drawn && advance(path, at, drawn, draw[dim::roulette]);
+    const bool goes_on = drawn && advance(trace, path, at, drawn, draw[dim::roulette]);
     // The path's next hit comes before the light of this one, so that light is sampled and its
     // shadow ray traced while memory brings the next face.
     if (goes_on) hit = intersect(trace, path.ray);

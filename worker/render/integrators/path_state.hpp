@@ -25,6 +25,15 @@ class MediumStack {
       return;
     }
   }
+  /// By what a ray does that meets the boundary: goes in, or comes out.
+  void cross(std::uint32_t medium, bool entering) {
+    if (entering) {
+      enter(medium);
+    } else {
+      leave(medium);
+    }
+  }
+  [[nodiscard]] std::uint32_t operator[](std::size_t i) const { return entries_[i]; }
   /// no_id: in the open.
   [[nodiscard]] std::uint32_t innermost() const {
     return count_ == 0 ? no_id : entries_[count_ - 1];
@@ -48,7 +57,9 @@ struct PathState {
   bool last_specular = true;  ///< light sampling could not have found what the ray now meets
   LightContext last_context;  ///< where the ray left
   FirstLobe first_lobe = FirstLobe::emission;
-  int depth = 0;  ///< how often the path has scattered
+  int depth = 0;        ///< how often the path has scattered
+  int passes = 0;       ///< how many surfaces it went through that were not there
+  float passed_to = 0;  ///< as far along the ray the medium's absorption is paid for
 };
 
 }  // namespace tessera::render

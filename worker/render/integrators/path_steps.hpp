@@ -74,27 +74,35 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
   return context;
 }
 
+/// What the strongest of the media leaves of light along `length`.
+Color absorbed_along(const Scene& scene, const MediumStack& media, float length);
+
 /// The part of a light's sample that reaches `at`, per channel. Counts its shadow ray.
 inline Color passed_from(Trace& trace, const Interaction& at, const LightSample& light,
-                         const Ray& came) {
+                         const PathState& path) {
   const float length = light.distance * (1 - shadow_margin) - trace.scene.light_errors[light.light];
   if (!(length > 0)) return {};
   ++trace.rays;
-  return transmittance(trace.scene, at.leave(light.wi, length, came));
+  const Color passed = transmittance(trace.scene, at.leave(light.wi, length, path.ray));
+  if (path.media.size() == 0 || is_black(passed)) return passed;
+  MediumStack media = path.media;
+  const float out = dot(light.wi, at.shading.normal);
+  if (trace.scene.materials[at.material].interface &&
+      out * dot(at.shading.wo, at.shading.normal) < 0)
+    media.cross(at.material, out < 0);
+  return passed * absorbed_along(trace.scene, media, length);
 }
 
 /// Scatters the path as was drawn: all of the step but the ray.
-inline void scatter(PathState& path, const Interaction& at, const BsdfSample& drawn) {
+inline void scatter(const Trace& trace, PathState& path, const Interaction& at,
+                    const BsdfSample& drawn) {
   if (path.depth == 0) path.first_lobe = lobe_of(drawn);
   path.throughput *= drawn.weight;
   path.eta_squared *= drawn.eta * drawn.eta;
-  if (drawn.transmission) {
-    if (dot(drawn.wi, at.shading.normal) < 0) {
-      path.media.enter(at.material);
-    } else {
-      path.media.leave(at.material);
-    }
+  if (drawn.transmission && trace.scene.materials[at.material].interface) {
+    path.media.cross(at.material, dot(drawn.wi, at.shading.normal) < 0);
   }
+  path.passed_to = 0;
   path.last_pdf = drawn.pdf;
   path.last_lobe = drawn.kind;
   path.last_specular = drawn.specular;
@@ -116,9 +124,9 @@ inline Ray ray_of(const PathState& path, const Interaction& at, const BsdfSample
 }
 
 /// Takes the step that was drawn. False if roulette ended the path.
-inline bool advance(PathState& path, const Interaction& at, const BsdfSample& drawn,
-                    float roulette) {
-  scatter(path, at, drawn);
+inline bool advance(const Trace& trace, PathState& path, const Interaction& at,
+                    const BsdfSample& drawn, float roulette) {
+  scatter(trace, path, at, drawn);
   if (!survives(path, roulette)) return false;
   path.ray = ray_of(path, at, drawn);
   return true;

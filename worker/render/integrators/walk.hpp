@@ -1,4 +1,5 @@
 #pragma once
+#include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
 namespace tessera::render {
@@ -30,8 +31,14 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
       }
       return;
     }
-    const Interaction at = surface_at(scene, path.ray, hit);
-    evaluate(scene.materials[at.material], at.shading, closure);
+    Interaction at = surface_at(scene, path.ray, hit);
+    const CompiledMaterial& material = scene.materials[at.material];
+    if (path.media.size() > 0) absorb(trace, path, at.t);
+    if (material.may_pass() && passes(trace, sampler, path, at)) {
+      if (path.passes == passes_most) return;
+      continue;
+    }
+    evaluate(material, scene.textures, at.shading, closure);
     if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
     if (!is_black(closure.emission) && Rules::counts(trace, path, at.light)) {
       add_emission(trace, path, at, closure.emission, 1, record);
@@ -43,7 +50,7 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
     const BsdfSample drawn = Rules::draw(closure, at.shading.wo, draw);
     if (!drawn) return;
-    scatter(path, at, drawn);
+    scatter(trace, path, at, drawn);
     if (Rules::roulette && !survives(path, draw[dim::roulette])) return;
     path.ray = ray_of(path, at, drawn);
   }

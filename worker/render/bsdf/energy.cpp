@@ -1,0 +1,229 @@
+#include "worker/render/bsdf/energy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "worker/render/bsdf/fresnel.hpp"
+#include "worker/render/bsdf/ggx.hpp"
+#include "worker/render/float_mode.hpp"
+
+namespace tessera::render::energy {
+namespace {
+
+constexpr float alpha_least = 1e-4F;
+
+// At low α all that happens does so where the cosine is like α: there the axis is stretched.
+float warp_cosine(float cosine, float alpha) {
+  return std::sqrt(std::min(1.0F, cosine * (1 + 2 * alpha) / (cosine + 2 * alpha)));
+}
+float unwarp_cosine(float x, float alpha) {
+  const float y = x * x;
+  return std::clamp(2 * alpha * y / (1 + 2 * alpha - y), 1e-5F, 1.0F);
+}
+float warp_alpha(float alpha) { return std::sqrt(std::clamp(alpha, 0.0F, 1.0F)); }
+float unwarp_alpha(float y) { return std::max(y * y, alpha_least); }
+float coordinate(int i, int side) { return static_cast<float>(i) / static_cast<float>(side - 1); }
+
+/// The means of both of f(normal)'s numbers over the normals visible from wo. Midpoints, more of
+/// them where normals lie flat: a smooth surface's rare ones are there.
+template <class F>
+std::array<float, 2> mean_over_normals(const Vec3& wo, float alpha, int azimuths, int heights,
+                                       const F& f) {
+  const ggx::Roughness roughness{alpha, alpha};
+  std::array<double, 2> sums{};
+  double weights = 0;
+  for (int j = 0; j < heights; ++j) {
+    const float rest = 1 - (static_cast<float>(j) + 0.5F) / static_cast<float>(heights);
+    const double weight = static_cast<double>(rest * rest);
+    // The two halves of the azimuths are alike.
+    for (int i = 0; i < azimuths; ++i) {
+      const float azimuth = 0.5F * (static_cast<float>(i) + 0.5F) / static_cast<float>(azimuths);
+      const Vec3 m = ggx::sample_visible_normal(roughness, wo, {azimuth, 1 - rest * rest * rest});
+      const std::array<float, 2> values = f(roughness, m);
+      sums[0] += weight * static_cast<double>(values[0]);
+      sums[1] += weight * static_cast<double>(values[1]);
+    }
+    weights += weight * azimuths;
+  }
+  return {static_cast<float>(sums[0] / weights), static_cast<float>(sums[1] / weights)};
+}
+
+Vec3 direction(float cosine) { return {std::sqrt(std::max(0.0F, 1 - cosine * cosine)), 0, cosine}; }
+Vec3 mirrored(const Vec3& wo, const Vec3& m) { return m * (2 * dot(wo, m)) - wo; }
+
+/// 2∫ value(c)·c dc.
+template <class F>
+float cosine_mean(const F& value) {
+  constexpr int n = 512;
+  double sum = 0;
+  for (int i = 0; i < n; ++i) {
+    // Midpoints in √c: the function is steep near 0.
+    const float root = (static_cast<float>(i) + 0.5F) / n;
+    const float cosine = root * root;
+    sum += static_cast<double>(value(cosine)) * static_cast<double>(4 * cosine * root);
+  }
+  return static_cast<float>(sum / n);
+}
+
+/// One number for each row of a table.
+template <int Side>
+struct Means {
+  std::array<float, static_cast<std::size_t>(Side)> values{};
+  [[nodiscard]] float at(float y) const {
+    const float f = y * (Side - 1);
+    const int j = f < Side - 2 ? static_cast<int>(f) : Side - 2;
+    const float b = f - static_cast<float>(j);
+    const auto row = static_cast<std::size_t>(j);
+    return values[row] * (1 - b) + values[row + 1] * b;
+  }
+};
+
+struct Reflection {
+  static constexpr int side = 32;
+  Table<side> albedo, schlick;
+  Means<side> mean;
+
+  Reflection() {
+    const FlushDenormals mode;
+    for (int j = 0; j < side; ++j) {
+      const float alpha = unwarp_alpha(coordinate(j, side));
+      for (int i = 0; i < side; ++i) {
+        const auto at = static_cast<std::size_t>(j * side + i);
+        const float x = coordinate(i, side);
+        albedo.values[at] = single_bounce(unwarp_cosine(x, alpha), alpha).albedo;
+        schlick.values[at] = single_bounce(std::max(x * x, 1e-5F), alpha).schlick;
+      }
+      const float y = coordinate(j, side);
+      mean.values[static_cast<std::size_t>(j)] =
+          cosine_mean([&](float c) { return albedo.at(warp_cosine(c, alpha), y); });
+    }
+  }
+
+ private:
+  struct Bounce {
+    float albedo, schlick;
+  };
+  static Bounce single_bounce(float cosine, float alpha) {
+    const Vec3 wo = direction(cosine);
+    const auto leaves = [&](const ggx::Roughness& roughness,
+                            const Vec3& m) -> std::array<float, 2> {
+      const Vec3 wi = mirrored(wo, m);
+      if (!(wi.z > 0)) return {};
+      const float part = ggx::masking_ratio(roughness, wo, wi);
+      return {part, part * render::schlick(std::clamp(dot(wo, m), 0.0F, 1.0F))};
+    };
+    const std::array<float, 2> means = mean_over_normals(wo, alpha, 16, 64, leaves);
+    return {means[0], means[0] > 0 ? means[1] / means[0] : 0};
+  }
+};
+
+const Reflection& reflection_tables() {
+  static const Reflection tables;
+  return tables;
+}
+
+/// Interfaces are tabulated at steps of the index, each when it is first asked for; 1.5 stands on a
+/// step.
+struct Interface {
+  static constexpr int side = 20;
+  Table<side> from_thin, from_dense;
+  Means<side> mean_thin, mean_dense;
+
+  void make(float eta) {
+    const FlushDenormals mode;
+    fill(from_thin, mean_thin, eta);
+    fill(from_dense, mean_dense, 1 / eta);
+  }
+
+ private:
+  static void fill(Table<side>& table, Means<side>& mean, float eta) {
+    for (int j = 0; j < side; ++j) {
+      const float y = coordinate(j, side), alpha = unwarp_alpha(y);
+      for (int i = 0; i < side; ++i) {
+        table.values[static_cast<std::size_t>(j * side + i)] =
+            single_bounce(unwarp_cosine(coordinate(i, side), alpha), alpha, eta);
+      }
+      mean.values[static_cast<std::size_t>(j)] =
+          cosine_mean([&](float c) { return table.at(warp_cosine(c, alpha), y); });
+    }
+  }
+  static float single_bounce(float cosine, float alpha, float eta) {
+    const Vec3 wo = direction(cosine);
+    const auto leaves = [&](const ggx::Roughness& roughness,
+                            const Vec3& m) -> std::array<float, 2> {
+      const float c = std::clamp(dot(wo, m), 0.0F, 1.0F);
+      const Fresnel fresnel = fresnel_dielectric(c, eta);
+      float sum = 0;
+      const Vec3 up = mirrored(wo, m);
+      if (up.z > 0) sum += fresnel.reflectance * ggx::masking_ratio(roughness, wo, up);
+      const Vec3 down = m * (c / eta - fresnel.cos_transmitted) - wo / eta;
+      if (fresnel.reflectance < 1 && down.z < 0) {
+        sum += (1 - fresnel.reflectance) * ggx::masking_ratio(roughness, wo, down);
+      }
+      return {sum, 0};
+    };
+    return mean_over_normals(wo, alpha, 12, 40, leaves)[0];
+  }
+};
+
+// Finer where the indices are alike: the step of number k has |η − 1| / (η + 1) = (k/10)²/5.
+constexpr int interface_steps = 23;
+float step_of(float root) { return 10 * std::sqrt(5 * root); }
+float root_of(int step) { return static_cast<float>(step * step) * (0.2F / 100); }
+
+/// The table of one step, made when it is first asked for.
+const Interface& interface_at(int step) {
+  static std::array<Interface, interface_steps> tables;
+  static std::array<std::once_flag, interface_steps> made;
+  const auto i = static_cast<std::size_t>(step);
+  std::call_once(made[i], [&] {
+    // At η = 1 microfacets bend nothing, and reach no other direction: a little more.
+    const float root = std::max(root_of(step), 5e-4F);
+    tables[i].make((1 + root) / (1 - root));
+  });
+  return tables[i];
+}
+
+struct Steps {
+  const Interface& low;
+  const Interface& high;
+  float part;  ///< of the high one
+};
+Steps steps_for(float eta) {
+  const float at = std::min(step_of(std::abs(eta - 1) / (eta + 1)), interface_steps - 1.0F);
+  const int low = std::min(static_cast<int>(at), interface_steps - 2);
+  return {interface_at(low), interface_at(low + 1), at - static_cast<float>(low)};
+}
+
+}  // namespace
+
+float reflection(float cosine, float alpha) {
+  return reflection_tables().albedo.at(warp_cosine(cosine, std::max(alpha, alpha_least)),
+                                       warp_alpha(alpha));
+}
+float schlick_mean(float cosine, float alpha) {
+  return reflection_tables().schlick.at(std::sqrt(std::min(cosine, 1.0F)), warp_alpha(alpha));
+}
+float reflection_mean(float alpha) { return reflection_tables().mean.at(warp_alpha(alpha)); }
+void prepare_reflection() { (void)reflection_tables(); }
+
+float interface(float cosine, float alpha, float eta) {
+  const Steps steps = steps_for(eta);
+  const float x = warp_cosine(cosine, std::max(alpha, alpha_least)), y = warp_alpha(alpha);
+  const auto of = [&](const Interface& one) {
+    return eta >= 1 ? one.from_thin.at(x, y) : one.from_dense.at(x, y);
+  };
+  return of(steps.low) * (1 - steps.part) + of(steps.high) * steps.part;
+}
+float interface_mean(float alpha, float eta) {
+  const Steps steps = steps_for(eta);
+  const float y = warp_alpha(alpha);
+  const auto of = [&](const Interface& one) {
+    return eta >= 1 ? one.mean_thin.at(y) : one.mean_dense.at(y);
+  };
+  return of(steps.low) * (1 - steps.part) + of(steps.high) * steps.part;
+}
+void prepare_interface(float eta) { (void)steps_for(eta); }
+
+}  // namespace tessera::render::energy

@@ -1,0 +1,43 @@
+#pragma once
+#include <array>
+#include <cstddef>
+
+/// What rough surfaces scatter at the first bounce between microfacets, and so what is lost to the
+/// later ones: tables made once in a process by a fixed quadrature over visible normals, without
+/// libm, so that all machines have the same bits. Making them takes some tens of milliseconds;
+/// prepare_…() does it ahead, else the first look-up does. α is that of an isotropic surface; an
+/// anisotropic one asks by √(αx·αy), which is an approximation.
+namespace tessera::render::energy {
+
+/// Over the cosine of the direction and α, both warped to where the function bends.
+template <int Side>
+struct Table {
+  std::array<float, static_cast<std::size_t>(Side) * static_cast<std::size_t>(Side)> values{};
+  /// 0…1 along each axis.
+  [[nodiscard]] float at(float x, float y) const {
+    const float fx = x * (Side - 1), fy = y * (Side - 1);
+    const int i = fx < Side - 2 ? static_cast<int>(fx) : Side - 2;
+    const int j = fy < Side - 2 ? static_cast<int>(fy) : Side - 2;
+    const float a = fx - static_cast<float>(i), b = fy - static_cast<float>(j);
+    const float* p = &values[static_cast<std::size_t>(j * Side + i)];
+    return (p[0] * (1 - a) + p[1] * a) * (1 - b) + (p[Side] * (1 - a) + p[Side + 1] * a) * b;
+  }
+};
+
+/// Of a surface that reflects everything at its microfacets.
+/// The part of the light from a direction that leaves after one bounce; 1 where it is smooth.
+float reflection(float cosine, float alpha);
+/// The mean of Schlick's (1 − c)^5 over the microfacets that bounce seen from there is of.
+float schlick_mean(float cosine, float alpha);
+/// reflection(), averaged over cosine-weighted directions.
+float reflection_mean(float alpha);
+void prepare_reflection();
+
+/// Of an interface that absorbs nothing: what leaves, reflected or refracted, after one bounce, of
+/// the light from a direction on the side whose index is 1/eta of the other's.
+float interface(float cosine, float alpha, float eta);
+/// The same, averaged over cosine-weighted directions.
+float interface_mean(float alpha, float eta);
+void prepare_interface(float eta);
+
+}  // namespace tessera::render::energy

@@ -1,0 +1,231 @@
+#include "worker/render/bsdf/surfaces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/bsdf/energy.hpp"
+#include "worker/render/bsdf/material.hpp"
+#include "worker/render/bsdf/microfacet.hpp"
+#include "worker/render/bsdf/pane.hpp"
+#include "worker/render/bsdf/rough_dielectric.hpp"
+
+namespace tessera::render {
+namespace {
+
+float cosine_to(const Frame& frame, const Source& source) { return dot(source.point.wo, frame.n); }
+float facing(const Frame& frame, const Source& source) {
+  return std::min(1.0F, std::abs(cosine_to(frame, source)));
+}
+
+/// KHR_materials_anisotropy: αt = mix(r², 1, strength²), αb = r².
+ggx::Roughness roughness_of(float roughness, float strength = 0) {
+  const float alpha = roughness * roughness;
+  return {alpha + (1 - alpha) * strength * strength, alpha};
+}
+
+/// About the closure's normal, its first axis the surface's tangent, turned.
+Frame turned_tangent(const Source& source, const Frame& shading, Vec2 direction) {
+  Vec3 s = shading.s, t = shading.t;
+  if (source.point.detail) {
+    const Vec3 along = source.point.detail->tangent;
+    s = normalize(along - shading.n * dot(along, shading.n));
+    if (!(length_squared(s) > 0)) s = shading.s;
+    t = cross(shading.n, s);
+    if (dot(t, source.point.detail->bitangent) < 0) t = -t;
+  }
+  const Vec3 x = normalize(s * direction.x + t * direction.y);
+  return Frame(x, cross(shading.n, x), shading.n);
+}
+
+/// Adds the lobe, about a frame turned by `direction` where that matters.
+void add_microfacets(const Source& source, const microfacet::Parameters& parameters, Vec2 direction,
+                     Closure& out) {
+  Lobe lobe = microfacet::lobe_of(parameters);
+  if (parameters.roughness.alpha_x != parameters.roughness.alpha_y) {
+    lobe.frame = out.add_frame(turned_tangent(source, out.shading, direction));
+  }
+  out.add(lobe, max_component(microfacet::albedo(parameters)));
+}
+Vec2 direction_of(float angle) {
+  const auto [s, c] = fast::sincos(angle);
+  return {c, s};
+}
+
+/// Light that goes straight through a thin wall, or nearly so.
+void add_passing(float cosine, const Color& color, const ggx::Roughness& roughness, Closure& out) {
+  if (std::max(roughness.alpha_x, roughness.alpha_y) < ggx::alpha_smooth) {
+    out.add({.kind = LobeKind::pane, .tint = color, .ior = 1});
+    return;
+  }
+  // Wide as it is across, whatever way the surface is brushed.
+  out.add(microfacet::lobe_of({.reflectance = {color, {}, {}},
+                               .roughness = {roughness.alpha_y, roughness.alpha_y},
+                               .cos_o = cosine},
+                              true),
+          max_component(color));
+}
+
+}  // namespace
+
+ConductorSurface::ConductorSurface(const scene::Conductor& source)
+    : reflectance(conductor_reflectance(to_color(source.eta), to_color(source.k))),
+      roughness(static_cast<float>(source.roughness)),
+      anisotropy(static_cast<float>(source.anisotropy)),
+      rotation(static_cast<float>(source.anisotropy_rotation)) {
+  energy::prepare_reflection();
+}
+
+void ConductorSurface::add(const Source& source, Closure& out) const {
+  add_microfacets(source,
+                  {.reflectance = reflectance,
+                   .roughness = roughness_of(roughness, anisotropy),
+                   .cos_o = facing(out.shading, source)},
+                  direction_of(rotation), out);
+}
+
+DielectricSurface::DielectricSurface(const scene::Dielectric& source)
+    : reflectance(to_color(source.reflectance)),
+      transmittance(to_color(source.transmittance)),
+      ior(static_cast<float>(source.ior)),
+      roughness(static_cast<float>(source.roughness)),
+      thin_walled(source.thin_walled) {
+  if (roughness > 0) {
+    if (thin_walled) energy::prepare_reflection();
+    if (!thin_walled) energy::prepare_interface(ior);
+  }
+}
+
+void DielectricSurface::add(const Source& source, Closure& out) const {
+  const ggx::Roughness rough = roughness_of(roughness);
+  if (!thin_walled) {
+    out.add(rough_dielectric::lobe_of({.reflectance = reflectance,
+                                       .transmittance = transmittance,
+                                       .ior = ior / source.point.outside_ior,
+                                       .roughness = rough,
+                                       .cos_o = cosine_to(out.shading, source)}));
+    return;
+  }
+  if (rough.alpha_x < ggx::alpha_smooth) {
+    out.add({.kind = LobeKind::pane, .weight = reflectance, .tint = transmittance, .ior = ior});
+    return;
+  }
+  const float face = pane::both_faces(normal_reflectance(ior));
+  const float cosine = facing(out.shading, source);
+  microfacet::Parameters faces{
+      .reflectance = schlick_reflectance(gray(face), gray(1)), .roughness = rough, .cos_o = cosine};
+  const float reflected = max_component(microfacet::albedo(faces));
+  faces.reflectance = faces.reflectance.times(reflectance);
+  add_microfacets(source, faces, {1, 0}, out);
+  add_passing(cosine, transmittance * unit(1 - reflected), rough, out);
+}
+
+PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_vertex_colors)
+    : base_color(source.base_color),
+      specular_color(source.specular_color),
+      emission(source.emission),
+      metallic(source.metallic),
+      roughness(source.roughness),
+      specular(source.specular),
+      transmission(source.transmission),
+      coat(source.clearcoat),
+      coat_roughness(source.clearcoat_roughness),
+      anisotropy(source.anisotropy),
+      ior(static_cast<float>(source.ior)),
+      rotation(static_cast<float>(source.anisotropy_rotation)),
+      thin_walled(source.thin_walled),
+      unlit(source.unlit),
+      vertex_colors(uses_vertex_colors) {
+  if (source.clearcoat_normal) coat_normal.emplace(*source.clearcoat_normal);
+  if (source.anisotropy_direction) anisotropy_direction = compile(*source.anisotropy_direction);
+  energy::prepare_reflection();
+  if (!thin_walled && source.transmission.factor > 0) energy::prepare_interface(ior);
+}
+
+std::uint8_t PrincipledSurface::wants() const {
+  unsigned bits = vertex_colors ? detail_flag::color : 0U;
+  for (const ColorSlot* slot : {&base_color, &specular_color, &emission}) bits |= wanted_by(*slot);
+  for (const ScalarSlot* slot :
+       {&metallic, &roughness, &specular, &transmission, &coat, &coat_roughness, &anisotropy}) {
+    bits |= wanted_by(*slot);
+  }
+  if (coat_normal) bits |= wanted_by(coat_normal->texture.uv_set) | detail_flag::tangent;
+  if (anisotropy_direction) bits |= wanted_by(anisotropy_direction->uv_set);
+  if (anisotropy.factor > 0) bits |= detail_flag::tangent;
+  return static_cast<std::uint8_t>(bits);
+}
+
+float PrincipledSurface::add_coat(const Source& source, Closure& out) const {
+  const float coated = unit(coat.at(source));
+  if (!(coated > 0)) return 1;
+  const Frame frame = coat_normal ? coat_normal->frame(source) : source.point.shading;
+  const microfacet::Parameters layer{
+      .reflectance = schlick_reflectance(gray(0.04F * coated), gray(coated)),
+      .roughness = roughness_of(unit(coat_roughness.at(source))),
+      .cos_o = facing(frame, source)};
+  const float albedo = max_component(microfacet::albedo(layer));
+  Lobe lobe = microfacet::lobe_of(layer);
+  if (!(frame.n == out.shading.n)) lobe.frame = out.add_frame(frame);
+  out.add(lobe, albedo);
+  return unit(1 - albedo);
+}
+
+void PrincipledSurface::add(const Source& source, Closure& out) const {
+  Color base = base_color.at(source);
+  if (vertex_colors && source.point.detail) base *= source.point.detail->color;
+  base = unit(base);
+  if (unlit) {
+    out.emission += base;
+    return;
+  }
+  out.emission += emission.at(source);
+  const float below = add_coat(source, out);
+  const float cosine = facing(out.shading, source);
+
+  const float metal = unit(metallic.at(source)), passing = unit(transmission.at(source));
+  const float strength = unit(specular.at(source));
+  float brushed = anisotropy.at(source);
+  Vec2 direction = direction_of(rotation);
+  if (anisotropy_direction) {
+    const Texel texel = source.textures.lookup(*anisotropy_direction, source.point.detail);
+    const Vec2 drawn{2 * texel[0] - 1, 2 * texel[1] - 1};
+    direction = {drawn.x * direction.x - drawn.y * direction.y,
+                 drawn.x * direction.y + drawn.y * direction.x};
+    brushed *= texel[2];
+    if (!(direction.x * direction.x + direction.y * direction.y > 0)) direction = {1, 0};
+  }
+  const ggx::Roughness rough = roughness_of(unit(roughness.at(source)), unit(brushed));
+  const Color tint = specular_color.at(source);
+  const Color normal = unit(tint * normal_reflectance(ior)) * strength;
+  const Reflectance dielectric = schlick_reflectance(normal, gray(strength));
+
+  // What has a volume behind it reflects by its interface's own lobe.
+  const float interface = thin_walled ? 0 : passing * (1 - metal) * below;
+  const float layered = (1 - metal) * below - interface;
+  const Reflectance of_metal = schlick_reflectance(base * (metal * below), gray(metal * below));
+  const Reflectance of_dielectric = dielectric.times(gray(layered));
+  add_microfacets(source,
+                  {.reflectance = {of_metal.normal + of_dielectric.normal,
+                                   of_metal.rise + of_dielectric.rise,
+                                   {}},
+                   .roughness = rough,
+                   .cos_o = cosine},
+                  direction, out);
+  const float reflected = max_component(
+      microfacet::albedo({.reflectance = dielectric, .roughness = rough, .cos_o = cosine}));
+  const Color left = base * (layered * unit(1 - reflected));
+  const float through = thin_walled ? passing : 0;
+  out.add({.kind = LobeKind::diffuse, .weight = left * (1 - through)});
+  if (through > 0) add_passing(cosine, left * through, rough, out);
+  if (interface > 0) {
+    // From inside it reflects totally, whatever its strength.
+    const float side = cosine_to(out.shading, source);
+    out.add(rough_dielectric::lobe_of(
+        {.reflectance = (side > 0 ? unit(tint * strength) : gray(1)) * interface,
+         .transmittance = base * interface,
+         .ior = ior / source.point.outside_ior,
+         .roughness = {rough.alpha_y, rough.alpha_y},
+         .cos_o = side}));
+  }
+}
+
+}  // namespace tessera::render
