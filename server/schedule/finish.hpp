@@ -1,4 +1,5 @@
 #pragma once
+#include <vector>
 
 namespace tessera::server {
 
@@ -20,6 +21,14 @@ struct Pace {
   /// Σ over workers that came or went since: the square of their share of all.
   double changes = 0;
   double losses = 0;  ///< Σ over workers that went: their share
+  /// Other jobs that the workers are shared with, each until it is done. Where there are any,
+  /// `power` is that of all workers, as if they worked for this job alone.
+  struct Rival {
+    double seconds = 0;  ///< that it would take alone
+    double weight = 1;
+  };
+  std::vector<Rival> rivals{};
+  double weight = 1;  ///< part of the workers, among the weights of all
 };
 
 /// Pure. What is left at the present power; then the tail, in which workers run dry; the interval's

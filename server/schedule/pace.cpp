@@ -88,7 +88,56 @@ std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, std::uint32_t
   pace.spread = job.left.spread();
   pace.changes = job.changes;
   pace.losses = job.losses;
+  share_with_others(job, now, pace);
   return pace;
+}
+
+const std::map<JobId, double>& Scheduler::State::powers_of_all(Instant now) const {
+  if (powers && powers->first == now) return powers->second;
+  struct Measured {
+    double power = 0, threads = 0;
+  };
+  std::map<JobId, Measured> measured;
+  std::map<Digest, double> threads_of;  // by build
+  for (const auto& [id, worker] : workers) {
+    if (worker.draining || worker.barred) continue;
+    const double threads = std::max(1, worker.info.threads);
+    threads_of[worker.info.build_id] += threads;
+    for (const auto& [job, part] : worker.parts) {
+      if (!part.power.known()) continue;
+      Measured& so_far = measured[job];
+      so_far.power += part.power.rate();
+      so_far.threads += threads;
+    }
+  }
+  auto& found = powers.emplace(now, std::map<JobId, double>()).second;
+  for (const auto& [id, its] : measured) {
+    const auto job = jobs.find(id);
+    if (job == jobs.end()) continue;
+    double threads = 0;
+    for (const auto& [build, all] : threads_of)
+      if (job->second.takes(build)) threads += all;
+    found[id] = its.power * std::max(1.0, threads / its.threads);
+  }
+  return found;
+}
+
+void Scheduler::State::share_with_others(const JobEntry& job, Instant now, Pace& pace) const {
+  if (order.size() < 2 || job.max_workers > 0) return;
+  const auto& all = powers_of_all(now);
+  const auto own = all.find(job.id);
+  if (own == all.end()) return;
+  for (const JobEntry* other : order) {
+    if (other == &job || other->state != JobEntry::State::open) continue;
+    const auto its = all.find(other->id);
+    // Of one that nobody has been measured at yet nothing is known: it may be like this.
+    const double alone =
+        its != all.end() ? other->left.work() / its->second : pace.work / own->second;
+    pace.rivals.push_back({alone, other->weight()});
+  }
+  if (pace.rivals.empty()) return;
+  pace.power = own->second;
+  pace.weight = job.weight();
 }
 
 }  // namespace tessera::server

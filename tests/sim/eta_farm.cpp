@@ -8,7 +8,9 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "server/schedule/scheduler.hpp"
 #include "tests/sim/events.hpp"
@@ -18,7 +20,7 @@ namespace tessera::sim {
 namespace {
 
 using server::GrantLease;
-constexpr JobId job = 1;
+constexpr JobId looked_at = 1;
 
 double normal(Random& random) {
   const double radius = std::sqrt(-2 * std::log(1 - random.unit()));
@@ -33,7 +35,7 @@ struct Process {
   Instant since{};
   double takes = 0;  // seconds, what runs
   std::uint64_t begun = 0;
-  bool prepared = false;
+  std::set<JobId> prepared;
 };
 
 class Farm {
@@ -51,24 +53,42 @@ class Farm {
   }
 
  private:
-  void set_up() {
+  /// One that is rendered, of so much of the work of the model's.
+  struct Job {
+    std::shared_ptr<const JobPlan> plan;
+    std::vector<double> costs;  // work of one sample, by tile; the same in each frame
+    std::map<std::pair<std::int32_t, std::uint32_t>, std::uint32_t> folded, early;
+  };
+
+  void add_job(JobId id, double size, int frames, int priority) {
     JobSpec spec;
     spec.name = "job";
-    spec.bundle = digest_of("bundle");
+    spec.bundle = digest_of("bundle " + std::to_string(id));
     spec.render.width = model_.columns;
     spec.render.height = model_.rows;
     spec.render.samples = model_.samples;
     spec.tile = 1;
-    plan_ = std::make_shared<const JobPlan>(spec);
-    folded_.resize(plan_->grid.count());
-    early_.resize(plan_->grid.count());
-    costs_.resize(plan_->grid.count());
+    spec.frames = {1, frames, 1};
+    spec.priority = priority;
+    Job& job = jobs_[id];
+    job.plan = std::make_shared<const JobPlan>(spec);
+    job.costs.resize(job.plan->grid.count());
     double total = 0;
-    for (double& cost : costs_) total += cost = std::exp(model_.roughness * normal(random_));
+    for (double& cost : job.costs) total += cost = std::exp(model_.roughness * normal(random_));
     const double power = model_.workers * (1 + model_.spread) / 2;
-    for (double& cost : costs_)
-      cost *= model_.job_seconds * power / total / static_cast<double>(model_.samples);
-    apply(scheduler_.add_job(job, plan_, events_.now()));
+    for (double& cost : job.costs)
+      cost *=
+          size * model_.job_seconds * power / total / static_cast<double>(model_.samples) / frames;
+    apply(scheduler_.add_job(id, job.plan, events_.now()));
+  }
+
+  void set_up() {
+    add_job(looked_at, 1, model_.frames, 0);
+    JobId next = looked_at;
+    for (const EtaModel::Rival& rival : model_.rivals)
+      events_.after(rival.after, [this, rival, id = ++next] {
+        if (!ended_) add_job(id, rival.size, 1, rival.priority);
+      });
     for (int i = 0; i < model_.workers; ++i) {
       const bool later = random_.chance(model_.ramp);
       events_.after(later ? random_.between(0, model_.job_seconds / 2) : random_.between(0, 2),
@@ -120,8 +140,8 @@ class Farm {
         go_on(grant->worker);
       } else if (const auto* revoke = std::get_if<server::RevokeLeases>(&action)) {
         for (const LeaseId& lease : revoke->leases) revoked(revoke->worker, lease);
-      } else if (std::holds_alternative<server::JobFinished>(action)) {
-        ended_ = events_.seconds_now();
+      } else if (const auto* finished = std::get_if<server::JobFinished>(&action)) {
+        if (finished->job == looked_at) ended_ = events_.seconds_now();
       } else {
         require(std::holds_alternative<server::FrameFinished>(action), "a calm farm stays calm");
       }
@@ -133,17 +153,18 @@ class Farm {
       const auto found = processes_.find(id);
       if (found == processes_.end() || ended_) return;
       Process& process = found->second;
-      if (!process.prepared) {
-        process.prepared = true;
-        apply(scheduler_.worker_ready(id, job, events_.now()));
-      }
       if (process.running || process.queue.empty()) return;
+      if (const JobId job = process.queue.front().job; process.prepared.insert(job).second) {
+        apply(scheduler_.worker_ready(id, job, events_.now()));
+        if (process.running || process.queue.empty()) return;
+      }
       process.running = process.queue.front();
       process.queue.pop_front();
       process.since = events_.now();
       const TaskId& task = process.running->task;
+      const Job& job = jobs_.at(process.running->job);
       const double work =
-          costs_[task.tile] * static_cast<double>(plan_->passes.pass(task.pass).count);
+          job.costs[task.tile] * static_cast<double>(job.plan->passes.pass(task.pass).count);
       process.takes = work / process.speed + 0.001;
       const std::uint64_t begun = ++process.begun;
       events_.after(process.takes, [this, id, begun] { rendered(id, begun); });
@@ -164,17 +185,19 @@ class Farm {
     if (found == processes_.end() || found->second.begun != begun || ended_) return;
     const GrantLease grant = *std::exchange(found->second.running, std::nullopt);
     const TaskId& task = grant.task;
+    Job& job = jobs_.at(grant.job);
     go_on(id);
-    const auto verdict =
-        scheduler_.result_arrived(id, grant.lease, job, plan_->digest, task, events_.now());
+    const auto verdict = scheduler_.result_arrived(id, grant.lease, grant.job, job.plan->digest,
+                                                   task, events_.now());
     require(verdict != server::Verdict::rejected, "an honest result is taken");
     if (verdict != server::Verdict::take) return;
-    apply(scheduler_.result_durable(id, grant.lease, job, task, plan_->passes.pass(task.pass).count,
-                                    0, events_.now()));
-    std::uint32_t& passes = folded_[task.tile];
-    early_[task.tile] |= 1U << (task.pass - passes);
-    for (; (early_[task.tile] & 1) != 0; early_[task.tile] >>= 1) ++passes;
-    apply(scheduler_.tile_folded(job, task.frame, task.tile, passes, events_.now()));
+    apply(scheduler_.result_durable(id, grant.lease, grant.job, task,
+                                    job.plan->passes.pass(task.pass).count, 0, events_.now()));
+    std::uint32_t& passes = job.folded[{task.frame, task.tile}];
+    std::uint32_t& early = job.early[{task.frame, task.tile}];
+    early |= 1U << (task.pass - passes);
+    for (; (early & 1) != 0; early >>= 1) ++passes;
+    apply(scheduler_.tile_folded(grant.job, task.frame, task.tile, passes, events_.now()));
   }
   void beat(server::WorkerId id) {
     const auto found = processes_.find(id);
@@ -189,7 +212,7 @@ class Farm {
   }
   void look() {
     if (ended_) return;
-    const auto view = scheduler_.job(job, events_.now());
+    const auto view = scheduler_.job(looked_at, events_.now());
     const double progress =
         static_cast<double>(view->samples_done) / static_cast<double>(view->samples);
     if (progress >= 0.1 && view->eta_seconds) {
@@ -213,9 +236,7 @@ class Farm {
   Random random_;
   Events events_;
   server::Scheduler scheduler_;
-  std::shared_ptr<const JobPlan> plan_;
-  std::vector<double> costs_;  // work of one sample, by tile
-  std::vector<std::uint32_t> folded_, early_;
+  std::map<JobId, Job> jobs_;
   std::map<server::WorkerId, Process> processes_;
   std::vector<EtaLook> looks_;  // `truth` holds the instant until the end is known
   std::optional<Instant> armed_;
@@ -239,6 +260,21 @@ EtaModel draw_eta_model(std::uint64_t seed) {
   model.job_seconds = std::exp(random.between(std::log(60), std::log(3600)));
   if (random.chance(0.3)) model.ramp = random.between(0.1, 0.8);
   if (random.chance(0.5)) model.turnover = random.between(0.2, 3);
+  return model;
+}
+
+EtaModel draw_shared_eta_model(std::uint64_t seed) {
+  EtaModel model = draw_eta_model(seed);
+  Random random(seed * 2246822519U + 29);
+  if (random.chance(0.5)) model.frames = static_cast<int>(random.whole(2, 12));
+  const auto rivals = random.whole(model.frames > 1 ? 0 : 1, 4);
+  for (std::int64_t i = 0; i < rivals; ++i) {
+    EtaModel::Rival rival;
+    rival.size = std::exp(random.between(std::log(0.1), std::log(4)));
+    if (random.chance(0.4)) rival.after = random.between(0, model.job_seconds);
+    if (random.chance(0.3)) rival.priority = static_cast<int>(random.whole(-5, 5));
+    model.rivals.push_back(rival);
+  }
   return model;
 }
 

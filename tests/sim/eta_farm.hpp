@@ -3,7 +3,7 @@
 #include <vector>
 
 /// A farm in virtual time whose workers come and go, to see what the time to finish is worth: the
-/// real scheduler, one job, workers that render in order.
+/// real scheduler, a job (and others, at will), workers that render in order.
 namespace tessera::sim {
 
 struct EtaModel {
@@ -16,10 +16,19 @@ struct EtaModel {
   double job_seconds = 600;  ///< about
   double ramp = 0;           ///< share of the first workers that come during the first half
   double turnover = 0;       ///< how often a worker leaves, and another comes, in a job's time
+  int frames = 1;            ///< of about the same cost together
+  struct Rival {
+    double size = 1;   ///< its work over that of the job that is looked at
+    double after = 0;  ///< seconds after which it comes
+    int priority = 0;  ///< the job's is 0
+  };
+  std::vector<Rival> rivals{};
 };
 
 /// Any model that a person may have: drawn from the seed.
 EtaModel draw_eta_model(std::uint64_t seed);
+/// The same with a range of frames, other jobs, or both.
+EtaModel draw_shared_eta_model(std::uint64_t seed);
 
 /// What was said at some instant, and what was true.
 struct EtaLook {

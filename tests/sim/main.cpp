@@ -2,8 +2,11 @@
 // one seed again. Exit code 1 if a rule was broken; with --bug, if it was not found.
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -38,11 +41,19 @@ int usage() {
   return 2;
 }
 
+/// What is said of an assertion that ends the process: the seed it was at.
+std::string last_words;
+
+extern "C" void say_last_words(int) {
+  static_cast<void>(::write(STDOUT_FILENO, last_words.data(), last_words.size()));
+}
+
 /// Runs until the first broken rule; true if there was one.
 bool broken(const Options& options, Bug bug) {
   std::uint64_t events = 0, faults = 0, tasks = 0, decisions = 0, checkpoints = 0, shortened = 0;
   const auto began = std::chrono::steady_clock::now();
   for (std::uint64_t seed = options.first; seed < options.first + options.seeds; ++seed) {
+    last_words = fmt::format("seed {}: an assertion did not hold\n", seed);
     const tessera::sim::Outcome outcome = tessera::sim::run(seed, bug, options.one);
     events += outcome.events;
     faults += outcome.faults;
@@ -74,6 +85,7 @@ bool broken(const Options& options, Bug bug) {
 }  // namespace
 
 int main(int count, char** arguments) {
+  static_cast<void>(std::signal(SIGABRT, say_last_words));
   tessera::log::set_level(tessera::log::Level::error);  // what the disk does is no news here
   Options options;
   for (int i = 1; i < count; ++i) {

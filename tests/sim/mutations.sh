@@ -24,13 +24,15 @@ copy_tree() {
 build() { ninja -C "$copy/build/dev" ${JOBS:+-j$JOBS} tessera_sim tessera_sim_store >"$copy/build.log" 2>&1; }
 
 missed=0
+mutated=
 # mutation NAME FILE SED PROGRAM: the SED script must change FILE; PROGRAM (sim, store) must then fail.
 mutation() {
   name=$1 file=$2 script=$3 program=$4
   if [ -n "$only" ]; then
     case " $only " in *" $name "*) ;; *) return 0 ;; esac
   fi
-  copy_tree
+  [ -z "$mutated" ] || cp "$root/$mutated" "$copy/$mutated"
+  mutated=$file
   sed -i -E "$script" "$copy/$file"
   if cmp -s "$root/$file" "$copy/$file"; then
     printf '%-34s %-38s could not be made: its place is not found\n' "$name" "$file"
@@ -56,7 +58,7 @@ mutation() {
     return 0
   fi
   words=$(printf '%s\n' "$found" | grep -m1 '^seed' || echo "ended with code $code")
-  printf '%-34s %-38s %s: %s\n' "$name" "$file" "$run" "$(printf '%s' "$words" | cut -c1-120)"
+  printf '%-34s %-38s %s: %s\n' "$name" "$file" "$run" "$(printf '%s' "$words" | cut -c1-160)"
 }
 
 copy_tree
@@ -69,6 +71,12 @@ mutation fold-out-of-order server/coordinator/frame_film.cpp \
   's/^  tile.busy_end = work.passes.back\(\).pass \+ 1;$/&\n  if (count > 1) std::swap(work.passes[0], work.passes[1]);/' sim
 mutation pass-left-out-of-the-fold server/film/film_tile.cpp \
   's/^        sums\[i\] \+= n|for \(std::size_t i = 0; i < sums\.size\(\); \+\+i\) sums\[i\] \+= n/if (n != 3) &/' sim
+mutation deviations-too-small server/film/film_tile.cpp \
+  's/delta \* delta \* weight/0.5 * &/' sim
+mutation checkpoint-forgets-where-it-is server/coordinator/frame_film.cpp \
+  's/^    tile\.checkpoint = \{checkpoint\.number, kept\.offset, kept\.length\};$//' sim
+mutation checkpoint-keeps-what-it-holds server/coordinator/frame_film.cpp \
+  's/^    tile\.places\.erase\(tile\.places\.begin\(\), end\);$//' sim
 # ---- leases ----
 mutation lost-lease server/schedule/workers.cpp \
   's/^  give_back_all\(gone, charge, actions\);$/  if (gone.leases.size() != 2) give_back_all(gone, charge, actions);/' sim
@@ -78,6 +86,13 @@ mutation taken-while-being-kept server/schedule/results.cpp \
   's/^  if \(owner->journaling\.contains\(task\)\) return Verdict::stale;$//' sim
 mutation restored-closed-task-left-out server/store/index.cpp \
   's/^    visit\(result\);$/    if (result.task.tile % 5 != 3) visit(result);/' sim
+# ---- order and time ----
+mutation focus-forgotten server/schedule/frame_tasks.cpp \
+  's/focus_ \&\& focus_->contains\(task\.tile\) \?/task.pass < 2 \&\& &/' sim
+mutation cut-below-what-is-folded server/schedule/time_limit.cpp \
+  's/job\.tasks\.cut\(job\.tasks\.offered\(\)\)/job.tasks.cut(std::max(1U, job.tasks.offered() - 1))/' sim
+mutation passes-offered-too-early server/schedule/time_limit.cpp \
+  's/ - twice >= offered/ - 0 * twice >= offered/' sim
 # ---- the journal and the database ----
 mutation acknowledged-before-the-commit server/store/store.cpp \
   's/^    state_->index\.add_results\(batch, places\);$/    if (places.front().offset % 3 != 1) state_->index.add_results(batch, places);/' store
@@ -99,6 +114,23 @@ mutation log-not-settled-at-the-start server/store/store.cpp \
   's/^  if \(durable\)$/  if (durable \&\& file.empty())/' store
 mutation data-folder-not-named-durably server/store/disk.cpp \
   's/^    if \(durable\) disk\.sync_folder\(at\.parent_path\(\)\);$//' store
+# ---- checkpoints ----
+mutation checkpoint-not-synced server/store/checkpoint_files.cpp \
+  's/^    file_->sync\(\);$//' store
+mutation checkpoint-not-named-durably server/store/checkpoint_files.cpp \
+  's/^    disk_\.sync_folder\(file_->path\(\)\.parent_path\(\)\);$//' store
+mutation checkpoint-takes-a-result-too-many server/store/checkpoint_index.cpp \
+  's/AND pass < coalesce/AND pass <= coalesce/' store
+mutation results-leave-uncounted server/store/checkpoint_index.cpp \
+  's/"samples \+ excluded\.samples/"excluded.samples/' store
+mutation old-checkpoint-removed-too-early server/store/store.cpp \
+  's/^    before = state_->index\.put_checkpoint\(checkpoint\);$/    if (const auto old = state_->index.checkpoint_of(checkpoint.job, checkpoint.frame))\n      state_->checkpoints.remove(old->number);\n&/' store
+mutation doubtful-checkpoint-removed server/store/store.cpp \
+  's/^    state_->doubtful\.push_back\(checkpoint\.number\);$/    state_->checkpoints.remove(checkpoint.number);/' store
+mutation extended-job-keeps-its-last-pass server/store/checkpoint_index.cpp \
+  's/WHERE job = \?1 AND pass >= \?2/WHERE job = ?1 AND pass > ?2/' store
+mutation forgotten-in-two-commits server/store/checkpoint_index.cpp \
+  '/^void Index::forget_job/,/^}/s/^  delete_results\(job\);$/  forget_results(job);/;/^void Index::forget_job/,/^}/s/^  Transaction transaction\(writer_\);$//;/^void Index::forget_job/,/^}/s/^  delete_checkpoints\(job\);$/  Transaction transaction(writer_);\n&/' store
 # ---- pictures ----
 mutation picture-not-synced server/store/whole_file.cpp \
   's/^    if \(durable\) out->sync\(\);$//' store

@@ -32,6 +32,25 @@ TEST(TimeToFinish, WidensWithWorkersThatCameAndWent) {
   EXPECT_GT(other.high - other.low, 2 * (calm.high - calm.low));
 }
 
+TEST(TimeToFinish, HasItsPartOfTheWorkersUntilOthersAreDoneAndThenAll) {
+  Pace pace = some_pace();  // 100 s alone
+  pace.rivals = {{.seconds = 50, .weight = 1}, {.seconds = 1e6, .weight = 2}};
+  pace.weight = 1;
+  // Half the farm is the long one's; of the rest each has half until the short one is done.
+  const double until = 50 * 4;
+  EXPECT_NEAR(time_to_finish(pace).expected, until + 50 * 3, 5);
+  pace.rivals = {{.seconds = 0, .weight = 5}};
+  EXPECT_NEAR(time_to_finish(pace).expected, time_to_finish(some_pace()).expected, 1e-6);
+}
+
+TEST(TimeToFinish, WidensWithOthersOfWhomLessIsKnown) {
+  Pace pace = some_pace();
+  pace.rivals = {{.seconds = 100, .weight = 1}};
+  const TimeToFinish alone = time_to_finish(some_pace()), among = time_to_finish(pace);
+  EXPECT_GT((among.high - among.low) / among.expected,
+            1.5 * (alone.high - alone.low) / alone.expected);
+}
+
 TEST(TimeToFinish, IsNeverNegative) {
   for (const double work : {0.0, 1e-9, 1.0, 1e9})
     for (const double task : {0.0, 1.0, 1e4})
@@ -40,10 +59,14 @@ TEST(TimeToFinish, IsNeverNegative) {
         pace.work = work;
         pace.task_seconds = task;
         pace.changes = changes;
-        const TimeToFinish time = time_to_finish(pace);
-        EXPECT_GE(time.low, 0);
-        EXPECT_LE(time.low, time.expected);
-        EXPECT_LE(time.expected, time.high);
+        for (const double rival : {-1.0, 0.0, 1.0, 1e9}) {
+          pace.rivals.clear();
+          if (rival >= 0) pace.rivals.push_back({rival, 3});
+          const TimeToFinish time = time_to_finish(pace);
+          EXPECT_GE(time.low, 0);
+          EXPECT_LE(time.low, time.expected);
+          EXPECT_LE(time.expected, time.high);
+        }
       }
 }
 
