@@ -111,7 +111,8 @@ Picture picture_from(const image::ExrImage& exr, const std::string& name) {
     picture.cpu_seconds = number<double>(exr, "tessera.cpu_seconds", name);
   picture.width = exr.width;
   picture.height = exr.height;
-  for (const float count : plane(exr, "samples", name)) {
+  const std::span<const float> counts = plane(exr, "samples", name);
+  for (const float count : counts) {
     if (count != static_cast<float>(picture.samples))
       fail(fmt::format("a pixel has {} of {} samples: the job had not ended", count,
                        picture.samples),
