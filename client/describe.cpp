@@ -51,7 +51,9 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
   command.add_option("--seed", job.seed, "Another seed gives other noise")->type_name("N");
   command.add_option("--tile", job.tile, "Side of a tile in pixels (64)")->type_name("N");
   command.add_option("--pass", job.pass, "Most samples of a pass (256)")->type_name("N");
-  command.add_option("--camera", job.camera, "One of the scene's cameras; else its first")
+  command
+      .add_option("--camera", job.camera,
+                  "One of the scene's cameras, by its name or by its number from 0; else its first")
       ->type_name("NAME");
   command.add_option("--name", job.name, "The job's name; else the scene's")->type_name("NAME");
   command

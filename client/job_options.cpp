@@ -30,6 +30,19 @@ void take(Value& value, const std::optional<Given>& given) {
   if (given) value = *given;
 }
 
+/// A camera's name stays as it is; a number that is no camera's name stands for the camera of that
+/// number, from 0.
+std::string camera_name(const scene::Scene& scene, const std::string& camera) {
+  std::size_t number = 0;
+  const char* const last = camera.data() + camera.size();
+  const auto [end, problem] = std::from_chars(camera.data(), last, number);
+  const bool is_name = std::any_of(scene.cameras.begin(), scene.cameras.end(),
+                                   [&](const auto& one) { return one.name == camera; });
+  if (is_name || problem != std::errc() || end != last || number >= scene.cameras.size())
+    return camera;
+  return scene.cameras[number].name;
+}
+
 void check_camera(const scene::Scene& scene, const std::string& camera) {
   std::vector<std::string_view> names;
   for (const scene::Camera& one : scene.cameras) names.push_back(one.name);
@@ -153,7 +166,10 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   try {
     if (options.order) spec.order = order_from(*options.order);
     if (options.frames) spec.frames = frames_at_flag(*options.frames);
-    if (!spec.camera.empty()) check_camera(scene, spec.camera);
+    if (!spec.camera.empty()) {
+      spec.camera = camera_name(scene, spec.camera);
+      check_camera(scene, spec.camera);
+    }
     scene::check_names(spec.render);
     check(spec);
   } catch (const Error& error) {

@@ -40,6 +40,7 @@ PreparedJob prepare(const JobOptions& options) {
   const scene::FolderFiles files(options.scene.parent_path());
   scene::LoadedScene loaded = load_named_scene(files, options.scene.filename().string());
   PreparedJob out;
+  out.warnings = std::move(loaded.warnings);
   out.spec = job_from(loaded.scene, options,
                       Digest{});  // what is wrong with it is said before files are hashed
   FileHasher hasher;

@@ -20,6 +20,7 @@ struct SceneAssets {
 struct PreparedJob {
   JobSpec spec;
   SceneAssets assets;
+  std::vector<std::string> warnings;  ///< of the scene's, for the person
 };
 
 /// Hashes files, each once: scenes that are edits of one another share most of theirs.

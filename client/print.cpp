@@ -12,4 +12,8 @@ void print_json(const Json& json) {
   std::fflush(stdout);
 }
 
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "tessera: {}\n", warning);
+}
+
 }  // namespace tessera::client

@@ -45,6 +45,7 @@ int render(const Settings& settings, const RenderOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the picture is still wanted
 
   const PreparedJob prepared = prepare(options.job);
+  print_warnings(prepared.warnings);
   const FrameList& frames = prepared.spec.frames;
   check_frame_files(options.output, frames.count());
   ProgressPrinter printer(2);

@@ -15,6 +15,7 @@ namespace tessera::client {
 
 int submit(const Settings& settings, const JobOptions& options) {
   const PreparedJob prepared = prepare(options);
+  print_warnings(prepared.warnings);
   Server server(settings);
   ProgressPrinter printer(2);
   upload(server, prepared.assets, [&](std::uint64_t done, std::uint64_t total) {

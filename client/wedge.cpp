@@ -185,6 +185,7 @@ int wedge(const Settings& settings, const WedgeOptions& options) {
   for (const std::string& text : options.vary) axes.push_back(vary_from(text));
   const WedgePlan plan = plan_wedge(options.job, std::move(axes));
   const PreparedWedge prepared = prepare_wedge(plan);
+  print_warnings(prepared.warnings);
   const SheetContent content = content_of(plan, prepared, options.cell_width, options.exposure);
   const SheetLayout layout = lay_out(content);
   const fs::path folder = exr_folder(options);

@@ -91,6 +91,9 @@ class Preparer {
     }();
     if (index == 0)
       out_.scene_name = loaded.scene.name.empty() ? file.stem().string() : loaded.scene.name;
+    for (std::string& warning : loaded.warnings)
+      if (std::find(out_.warnings.begin(), out_.warnings.end(), warning) == out_.warnings.end())
+        out_.warnings.push_back(std::move(warning));
     specify(index, loaded.scene);
     out_.scenes.push_back(assets_of(std::move(loaded.files), hasher_));
     for (std::size_t i = 0; i < plan_.cells.size(); ++i)

@@ -10,10 +10,11 @@ namespace tessera::client {
 
 /// What a wedge's jobs need, before anything is sent.
 struct PreparedWedge {
-  std::string scene_name;           ///< or the file's
-  std::vector<MemoryFile> edited;   ///< scene files that are not on disk as they are rendered
-  std::vector<SceneAssets> scenes;  ///< one for each of the plan's
-  std::vector<JobSpec> jobs;        ///< one for each of the plan's cells
+  std::string scene_name;             ///< or the file's
+  std::vector<MemoryFile> edited;     ///< scene files that are not on disk as they are rendered
+  std::vector<SceneAssets> scenes;    ///< one for each of the plan's
+  std::vector<JobSpec> jobs;          ///< one for each of the plan's cells
+  std::vector<std::string> warnings;  ///< of the scene's, each once
 };
 
 /// Reads the scene, makes and checks each edited version of it, and hashes all files. Throws

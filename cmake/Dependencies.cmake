@@ -11,6 +11,8 @@ find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
 find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
+find_package(TinyGLTF REQUIRED)
+find_package(meshoptimizer REQUIRED)
 find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
 find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # a header that is all of it

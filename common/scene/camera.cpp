@@ -11,6 +11,16 @@ namespace {
 
 constexpr double degrees_per_radian = 180.0 / 3.14159265358979323846;
 
+/// "orthographic_height", or 0 for a perspective camera.
+double read_orthographic(Fields& in) {
+  const auto height = in.optional("orthographic_height");
+  if (!height) return 0;
+  for (const std::string_view key : {"fov", "focal_length", "film_size"})
+    if (const auto value = in.optional(key))
+      value->fail(fmt::format("an orthographic camera has no {}", key));
+  return height->number(length_least, length_most);
+}
+
 /// The vertical field of view, from "fov" or from a lens and the film behind it.
 double read_fov(Fields& in) {
   const auto fov = in.optional("fov");
@@ -37,6 +47,7 @@ Camera read_camera(const Value& value, std::size_t position) {
   out.target = target.point();
   const auto up = in.optional("up");
   if (up) out.up = up->point();
+  out.orthographic_height = read_orthographic(in);
   out.fov_y_degrees = read_fov(in);
   in.finish();
 

@@ -77,20 +77,49 @@ struct Instance {
 };
 
 // ---- camera, environment ----
-/// Perspective. Looks from `eye` to `target`; x of the film runs to the right, y down.
+/// Perspective, or orthographic. Looks from `eye` to `target`; x of the film runs to the right, y
+/// down.
 struct Camera {
   std::string name;
   Vec3 eye{0, 0, 5}, target{0, 0, 0}, up{0, 1, 0};
   double fov_y_degrees = 40;  ///< from the film's lower to its upper edge; 0…180, exclusive
+  /// Greater than 0: all rays run alongside each other, and this is what the film's height shows.
+  double orthographic_height = 0;
 };
 struct Environment {
   Color radiance{0, 0, 0};  ///< constant, from every direction
+};
+
+// ---- lights without a size, which nothing runs into ----
+/// Radiates alike in all directions: irradiance = intensity / distance² at a surface that faces it.
+struct PointLight {
+  Vec3 position{};
+  Color intensity{1, 1, 1};  ///< W·sr⁻¹, ≥ 0
+};
+/// A point light that shines into a cone: full within the inner angle; from there to the outer, by
+/// the square of where the angle's cosine lies between theirs.
+struct SpotLight {
+  Vec3 position{};
+  Vec3 direction{0, 0, -1};  ///< in which it shines; of any length but 0
+  Color intensity{1, 1, 1};  ///< along its axis, W·sr⁻¹, ≥ 0
+  double inner_degrees = 0;  ///< from the axis, 0 ≤ inner < outer ≤ 90
+  double outer_degrees = 45;
+};
+/// Shines from infinitely far in one direction.
+struct DirectionalLight {
+  Vec3 direction{0, -1, 0};   ///< in which it shines; of any length but 0
+  Color irradiance{1, 1, 1};  ///< of a surface that faces it, W·m⁻², ≥ 0
+};
+struct PunctualLight {
+  std::string name;
+  std::variant<PointLight, SpotLight, DirectionalLight> shape;
 };
 
 struct Scene {
   std::string name;
   std::vector<Camera> cameras;  ///< at least one
   std::optional<Environment> environment;
+  std::vector<PunctualLight> lights;
   std::vector<Image> images;
   std::vector<Texture> textures;
   std::vector<Material> materials;

@@ -180,8 +180,8 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   std::vector<std::uint32_t> open_;
 };
 
-Document::Document(std::string text, std::string name)
-    : text_(std::move(text)), name_(std::move(name)) {
+Document::Document(std::string text, std::string name, PathStyle style)
+    : text_(std::move(text)), name_(std::move(name)), style_(style) {
   if (text_.size() > limits::scene_json_bytes)
     throw Error(
         ErrorKind::too_large,
@@ -204,6 +204,7 @@ Place Document::place_at(std::size_t offset) const {
 }
 
 std::string Document::path(std::uint32_t index) const {
+  const bool pointer = style_ == PathStyle::pointer;
   std::string out;
   std::uint32_t at = 0;
   while (at != index) {
@@ -211,11 +212,11 @@ std::string Document::path(std::uint32_t index) const {
     if (nodes_[at].kind == Kind::array) {
       std::size_t position = 0;
       for (; index >= nodes_[child].end; child = nodes_[child].end) ++position;
-      out += fmt::format("[{}]", position);
+      out += pointer ? fmt::format("/{}", position) : fmt::format("[{}]", position);
       at = child;
     } else {
       while (index >= nodes_[child + 1].end) child = nodes_[child + 1].end;
-      if (!out.empty()) out += '.';
+      if (pointer || !out.empty()) out += pointer ? '/' : '.';
       out += string(nodes_[child]).substr(0, 64);
       if (child == index) break;  // the key itself
       at = child + 1;
@@ -227,6 +228,16 @@ std::string Document::path(std::uint32_t index) const {
 Place Document::place(std::uint32_t index) const {
   Place out = place_at(nodes_[index].offset);
   out.key = path(index);
+  return out;
+}
+
+Place Document::place_of_lacking(std::uint32_t object, std::string_view key) const {
+  Place out = place(object);
+  if (style_ == PathStyle::pointer)
+    out.key += '/';
+  else if (!out.key.empty())
+    out.key += '.';
+  out.key += key;
   return out;
 }
 

@@ -30,6 +30,9 @@ struct Node {
   };
 };
 
+/// How errors name a value: "shapes[3].material", or as a JSON pointer, "/shapes/3/material".
+enum class PathStyle : std::uint8_t { keys, pointer };
+
 /// A JSON text that a person wrote, and where in it every key and every value stands. In an object
 /// each key is a node of text, and its value follows it.
 class Document {
@@ -37,12 +40,17 @@ class Document {
   /// Refuses what is no JSON, doubled keys, nesting deeper than limits::json_depth, numbers beyond
   /// double's range, texts longer than limits::scene_json_bytes. Throws Error{bad_input} with
   /// `name`, line and column.
-  Document(std::string text, std::string name);
+  Document(std::string text, std::string name, PathStyle style = PathStyle::keys);
 
   [[nodiscard]] const Node& node(std::uint32_t index) const { return nodes_[index]; }
   [[nodiscard]] const std::string& string(const Node& node) const { return strings_[node.text]; }
   /// The file, line, column and path of keys of a node.
   [[nodiscard]] Place place(std::uint32_t index) const;
+  /// The same for the member `key` of an object that has none.
+  [[nodiscard]] Place place_of_lacking(std::uint32_t object, std::string_view key) const;
+  [[nodiscard]] std::string_view text() const { return text_; }
+  /// All values and keys.
+  [[nodiscard]] std::size_t size() const { return nodes_.size(); }
 
  private:
   friend class Builder;
@@ -50,6 +58,7 @@ class Document {
   [[nodiscard]] std::string path(std::uint32_t index) const;
 
   std::string text_, name_;
+  PathStyle style_;
   std::vector<Node> nodes_;
   std::deque<std::string> strings_;
 };

@@ -119,9 +119,7 @@ std::optional<Value> Fields::optional(std::string_view key) {
 
 Value Fields::required(std::string_view key) {
   if (const auto found = optional(key)) return *found;
-  Place place = object_.place();
-  place.key += (place.key.empty() ? "" : ".") + std::string(key);
-  throw Error(ErrorKind::bad_input, "is required, and is not there", place);
+  throw Error(ErrorKind::bad_input, "is required, and is not there", object_.place_of_lacking(key));
 }
 
 std::string Fields::text_or(std::string_view key, std::string fallback) {

@@ -30,6 +30,9 @@ class Value {
   [[nodiscard]] Kind kind() const { return node().kind; }
   [[nodiscard]] const Node& node() const { return document_->node(index_); }
   [[nodiscard]] Place place() const { return document_->place(index_); }
+  [[nodiscard]] Place place_of_lacking(std::string_view key) const {
+    return document_->place_of_lacking(index_, key);
+  }
   /// "expected EXPECTED, found …" at this place.
   [[noreturn]] void fail_expected(std::string_view expected) const;
   [[noreturn]] void fail(const std::string& message) const;

@@ -53,6 +53,9 @@ Mesh read_mesh(Fields& fields, Reading& reading);
 /// `camera`, or the list `cameras`: exactly one of the two keys must be there.
 std::vector<Camera> read_cameras(Fields& root);
 
+/// A list of lights without a size.
+std::vector<PunctualLight> read_lights(const Value& lights);
+
 /// The name at `key` must be one of `names`; throws at its value otherwise.
 std::string read_name(Fields& fields, std::string_view key, std::string_view kind,
                       const std::vector<std::string_view>& names);

@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
+#include "common/scene/gltf/gltf.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/parts.hpp"
 #include "common/scene/read_file.hpp"
@@ -138,6 +139,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   read_render(root, out.render);
   out.cameras = read_cameras(root);
   out.environment = read_environment(root);
+  if (const auto lights = root.optional("lights")) out.lights = read_lights(*lights);
   if (const auto materials = root.optional("materials"))
     reading.materials = read_materials(*materials);
   if (const auto shapes = root.optional("shapes")) out.shapes = read_shapes(*shapes, reading);
@@ -158,6 +160,7 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
 
 LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) {
   const std::string checked = checked_path(path);
+  if (gltf::is_gltf(checked)) return gltf::load(files, checked, meshes);
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
   Reading reading(files, meshes);

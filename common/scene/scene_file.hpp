@@ -61,9 +61,12 @@ struct LoadedScene {
   Scene scene;
   std::vector<UsedFile>
       files;  ///< the scene file first, then what it names, each once, in the order of first use
+  /// What the scene asks for and is not supported, and what was made up for it; whole sentences.
+  std::vector<std::string> warnings;
 };
 
-/// Reads the scene file `path` and all that it uses. Throws Error with file, line, column and key.
+/// Reads the scene file `path` and all that it uses: glTF where its name ends in .gltf or .glb,
+/// else our JSON. Throws Error with file, line, column and key.
 LoadedScene load_scene(const SceneFiles& files, const std::string& path);
 
 /// The scene file at `file`, in a plain folder: its folder is the scene's.

@@ -7,7 +7,8 @@
 
 namespace tessera::render {
 
-/// A pinhole: from a place on the film to a ray. Positions are relative to the scene's origin.
+/// A pinhole, or rays alongside each other: from a place on the film to a ray. Positions are
+/// relative to the scene's origin.
 class Camera {
  public:
   Camera(const scene::Camera& camera, int film_width, int film_height,
@@ -18,10 +19,12 @@ class Camera {
   [[nodiscard]] Ray ray(int x, int y, Vec2 offset, float time) const {
     const double fx = static_cast<double>(x) + 0.5 + static_cast<double>(offset.x);
     const double fy = static_cast<double>(y) + 0.5 + static_cast<double>(offset.y);
+    const Vec3d place = corner_ + across_ * fx + down_ * fy;
     Ray out;
-    out.origin = eye_;
-    out.direction = to_float(normalize(corner_ + across_ * fx + down_ * fy));
+    out.origin = orthographic_ ? to_float(place) : eye_;
+    out.direction = orthographic_ ? forward_ : to_float(normalize(place));
     out.time = time;
+    out.cone_width = width_;
     out.cone_spread = spread_;
     return out;
   }
@@ -32,8 +35,11 @@ class Camera {
 
  private:
   Vec3 eye_, forward_;
-  Vec3d corner_, across_, down_;  ///< of the film at distance 1; steps of one pixel
-  float spread_ = 0;
+  /// Of the film at distance 1, as seen from the eye, or through the eye; steps of one pixel.
+  Vec3d corner_, across_, down_;
+  float spread_ = 0,
+        width_ = 0;  ///< of a ray's cone: what it gains over a distance of 1; where it begins
+  bool orthographic_ = false;
 };
 
 }  // namespace tessera::render

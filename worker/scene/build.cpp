@@ -147,6 +147,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
     const render::Color radiance = render::to_color(from.environment->radiance);
     if (!render::is_black(radiance)) lights.push_back(environment_light(out.bounds, radiance));
   }
+  for (const scene::PunctualLight& light : from.lights)
+    lights.push_back(punctual_light(light, out.origin, out.bounds));
   for (const render::Light& light : lights) out.light_errors.push_back(rounding_error(light));
   out.lights = render::LightTable(std::move(lights));
 

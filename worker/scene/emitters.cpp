@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "worker/render/fastmath.hpp"
 #include "worker/scene/affine.hpp"
 
 namespace tessera::worker {
@@ -76,6 +77,38 @@ std::vector<render::Light> lights_of(const MergedGroup& group,
     lights.push_back(light);
   }
   return lights;
+}
+
+render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,
+                             const render::Bounds3& bounds) {
+  const auto at = [&](const scene::Vec3& p) {
+    return render::to_float(render::to_vec3d(p) - render::to_vec3d(origin));
+  };
+  const auto unit = [](const scene::Vec3& v) {
+    return render::to_float(render::normalize(render::to_vec3d(v)));
+  };
+  render::Light out;
+  if (const auto* point = std::get_if<scene::PointLight>(&light.shape)) {
+    out.shape = render::PointLight{at(point->position)};
+    out.radiance = render::to_color(point->intensity);
+  } else if (const auto* spot = std::get_if<scene::SpotLight>(&light.shape)) {
+    constexpr double radians = render::pi_d / 180;
+    out.shape = render::SpotLight{
+        .position = at(spot->position),
+        .axis = unit(spot->direction),
+        .cos_inner = static_cast<float>(render::fast::sincos(spot->inner_degrees * radians).second),
+        .cos_outer =
+            static_cast<float>(render::fast::sincos(spot->outer_degrees * radians).second)};
+    out.radiance = render::to_color(spot->intensity);
+  } else {
+    const auto& far = std::get<scene::DirectionalLight>(light.shape);
+    render::DirectionalLight shape{.direction = unit(far.direction)};
+    if (!bounds.empty())
+      shape.radius = std::max(0.5F * render::length(bounds.high - bounds.low), 1e-30F);
+    out.shape = shape;
+    out.radiance = render::to_color(far.irradiance);
+  }
+  return out;
 }
 
 float rounding_error(const render::Light& light) {

@@ -12,6 +12,10 @@ std::vector<render::Light> lights_of(const MergedGroup& group,
                                      std::span<const render::CompiledMaterial> materials,
                                      const scene::Transform& to_world, std::uint32_t instance);
 
+/// A light without a size, in a scene that was moved by −`origin` and lies within `bounds`.
+render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,
+                             const render::Bounds3& bounds);
+
 /// A bound of the rounding error of a light's points.
 float rounding_error(const render::Light& light);
 

@@ -68,6 +68,7 @@ const std::vector<std::pair<std::regex, std::string>>& rooms() {
       {std::regex("^(sqlite3\\.h|SQLiteCpp/)"), "server/store"},
       {std::regex("^spdlog/"), "common/base"},
       {std::regex("^stb/"), "client"},
+      {std::regex("^(tiny_gltf\\.h|meshoptimizer\\.h|tiny_obj_loader\\.h)"), "common/scene"},
   };
   return table;
 }

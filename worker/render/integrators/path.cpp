@@ -61,7 +61,7 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     const Color passed = passed_from(trace, at, light, path);
     if (is_black(passed)) continue;
     const float by_light = light.pdf * counted;
-    const float weight = power_heuristic(by_light, scattered.pdf);
+    const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
     record.add(path.throughput * scattered.value * light.radiance * passed * (weight / by_light),
                first, path.depth + 1, scene.lights[light.light].group);
   }

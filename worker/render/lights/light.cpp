@@ -23,6 +23,11 @@ bool faces(const SphereLight& sphere, const LightContext& context, const Vec3&) 
   return length_squared(d) > static_cast<double>(sphere.radius) * sphere.radius;
 }
 bool faces(const EnvironmentLight&, const LightContext&, const Vec3&) { return true; }
+template <class Delta>
+bool faces(const Delta&, const LightContext&, const Vec3&) {
+  static_assert(is_delta<Delta>);
+  return false;
+}
 
 Bounds3 bounds_of(const QuadLight& quad) {
   Bounds3 box;
@@ -44,6 +49,9 @@ Bounds3 bounds_of(const SphereLight& sphere) {
   return {sphere.center - r, sphere.center + r};
 }
 Bounds3 bounds_of(const EnvironmentLight&) { return {}; }
+Bounds3 bounds_of(const PointLight& point) { return {point.position, point.position}; }
+Bounds3 bounds_of(const SpotLight& spot) { return {spot.position, spot.position}; }
+Bounds3 bounds_of(const DirectionalLight&) { return {}; }
 
 /// What the power of radiance 1 is on one side: ∫∫ cos θ dω dA, in m²·sr.
 double etendue_of(const QuadLight& quad) {
@@ -60,6 +68,17 @@ double etendue_of(const EnvironmentLight& environment) {
   return 4 * pi_d * pi_d * static_cast<double>(environment.radius) * environment.radius;
 }
 
+double etendue_of(const PointLight&) { return 4 * pi_d; }
+/// The integral of its falloff over directions.
+double etendue_of(const SpotLight& spot) {
+  const auto inner = static_cast<double>(spot.cos_inner),
+             outer = static_cast<double>(spot.cos_outer);
+  return 2 * pi_d * ((1 - inner) + (inner - outer) / 3);
+}
+double etendue_of(const DirectionalLight& light) {
+  return pi_d * static_cast<double>(light.radius) * light.radius;
+}
+
 template <class Flat>
 EmissionCone flat_cone(const Flat& flat, bool two_sided) {
   return {.axis = normalize(normal_of(flat)), .cos_theta_o = two_sided ? -1.0F : 1.0F};
@@ -68,6 +87,13 @@ EmissionCone cone_of(const QuadLight& quad, bool two_sided) { return flat_cone(q
 EmissionCone cone_of(const TriangleLight& t, bool two_sided) { return flat_cone(t, two_sided); }
 EmissionCone cone_of(const SphereLight&, bool) { return {}; }
 EmissionCone cone_of(const EnvironmentLight&, bool) { return {}; }
+EmissionCone cone_of(const PointLight&, bool) { return {}; }
+EmissionCone cone_of(const SpotLight& spot, bool) {
+  return {.axis = spot.axis, .cos_theta_o = 1, .cos_theta_e = spot.cos_outer};
+}
+EmissionCone cone_of(const DirectionalLight& light, bool) {
+  return {.axis = light.direction, .cos_theta_o = 1, .cos_theta_e = 1};
+}
 
 }  // namespace
 
@@ -78,18 +104,27 @@ LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
   const auto pdf = static_cast<float>(drawn.pdf);
   // Beyond float's range the light is a point, and this way to draw it has come to its end.
   if (!(pdf > 0) || !std::isfinite(pdf)) return {};
+  const bool delta =
+      std::visit([](const auto& shape) { return is_delta<std::remove_cvref_t<decltype(shape)>>; },
+                 light.shape);
   return {.wi = to_float(drawn.wi),
           .distance = static_cast<float>(drawn.distance),
-          .radiance = light.radiance,
+          .radiance = delta ? light.radiance * static_cast<float>(drawn.scale) : light.radiance,
           .pdf = pdf,
+          .delta = delta,
           .instance = light.instance,
           .primitive = light.primitive};
 }
 
 float pdf(const Light& light, const LightContext& context, const LightHit& hit) {
-  const auto density = static_cast<float>(
-      std::visit([&](const auto& shape) { return pdf_shape(shape, light.two_sided, context, hit); },
-                 light.shape));
+  const auto density = static_cast<float>(std::visit(
+      [&](const auto& shape) {
+        if constexpr (is_delta<std::remove_cvref_t<decltype(shape)>>)
+          return 0.0;
+        else
+          return pdf_shape(shape, light.two_sided, context, hit);
+      },
+      light.shape));
   return std::isfinite(density) ? density : 0;
 }
 

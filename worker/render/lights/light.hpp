@@ -32,11 +32,29 @@ struct EnvironmentLight {
   Vec3 center;       ///< of the scene
   float radius = 1;  ///< of a sphere around the scene: what it sends through that is its power
 };
+/// These three have no size: sample() gives the one direction there is, and `delta` says that no
+/// ray finds it. Their `radiance` is intensity (W·sr⁻¹) or, of the last, irradiance (W·m⁻²).
+struct PointLight {
+  Vec3 position;
+};
+/// Full within the inner cone; then by the square of (cos θ − cos outer) / (cos inner − cos outer),
+/// as KHR_lights_punctual has it.
+struct SpotLight {
+  Vec3 position;
+  Vec3 axis{0, 0, -1};  ///< unit, in which it shines
+  float cos_inner = 1, cos_outer = 0.7071068F;
+};
+struct DirectionalLight {
+  Vec3 direction{0, -1, 0};  ///< unit, in which it shines
+  float radius = 1;  ///< of a sphere around the scene: what it sends through that is its power
+};
 
 constexpr std::uint32_t no_id = 0xffffffffU;
 
 struct Light {
-  std::variant<QuadLight, TriangleLight, SphereLight, EnvironmentLight> shape;
+  std::variant<QuadLight, TriangleLight, SphereLight, EnvironmentLight, PointLight, SpotLight,
+               DirectionalLight>
+      shape;
   Color radiance;
   bool two_sided = false;
   std::uint16_t group = 0;         ///< light group, for separate output
@@ -59,8 +77,11 @@ struct LightContext {
 struct LightSample {
   Vec3 wi;                                                  ///< unit, from p to the light
   float distance = std::numeric_limits<float>::infinity();  ///< to the sampled point
-  Color radiance;               ///< that leaves it towards p, if nothing stands between
-  float pdf = 0;                ///< of wi, by this light alone, per solid angle
+  Color radiance;  ///< that leaves it towards p, if nothing stands between
+  float pdf = 0;   ///< of wi, by this light alone, per solid angle; of a delta, 1
+  /// The light has no size: `radiance` stands for the irradiance of a surface that faces it, and no
+  /// other way finds the light.
+  bool delta = false;
   std::uint32_t light = no_id;  ///< index in the table, where a table was asked
   std::uint32_t instance = no_id;
   std::uint32_t primitive = no_id;
@@ -92,10 +113,10 @@ float pdf(const Light& light, const LightContext& context, const LightHit& hit);
 /// The radiance that leaves a point of the light towards p against wi: by which side p sees.
 Color emitted(const Light& light, const LightContext& context, const Vec3& wi);
 
-/// Empty for the environment.
+/// Empty for what is infinitely far.
 Bounds3 bounds(const Light& light);
 EmissionCone cone(const Light& light);
-/// Watts, per channel; the environment's through the sphere around the scene.
+/// Watts, per channel; of what is infinitely far, through the sphere around the scene.
 Color power(const Light& light);
 
 }  // namespace tessera::render

@@ -1,4 +1,6 @@
 #pragma once
+#include <type_traits>
+
 #include "worker/render/lights/light.hpp"
 
 /// Each shape's way to draw a direction towards it. Inside, everything is double and seen from the
@@ -10,7 +12,8 @@ namespace tessera::render {
 struct ShapeSample {
   Vec3d wi;  ///< unit
   double distance = 0;
-  double pdf = 0;  ///< per solid angle
+  double pdf = 0;    ///< per solid angle
+  double scale = 1;  ///< of the light's radiance in this direction
 };
 
 // `two_sided`: directions towards the back are wanted too. The pdf functions want the same, and wi
@@ -34,5 +37,17 @@ ShapeSample sample_shape(const EnvironmentLight& environment, bool two_sided,
                          const LightContext& context, Vec2 u);
 double pdf_shape(const EnvironmentLight& environment, bool two_sided, const LightContext& context,
                  const LightHit& hit);
+
+// Without a size: their pdf is 1, and no hit is ever theirs.
+ShapeSample sample_shape(const PointLight& point, bool two_sided, const LightContext& context,
+                         Vec2 u);
+ShapeSample sample_shape(const SpotLight& spot, bool two_sided, const LightContext& context,
+                         Vec2 u);
+ShapeSample sample_shape(const DirectionalLight& light, bool two_sided, const LightContext& context,
+                         Vec2 u);
+
+template <class Shape>
+constexpr bool is_delta = std::is_same_v<Shape, PointLight> || std::is_same_v<Shape, SpotLight> ||
+                          std::is_same_v<Shape, DirectionalLight>;
 
 }  // namespace tessera::render

@@ -1,0 +1,21 @@
+#pragma once
+#include "common/scene/description.hpp"
+
+namespace tessera::scene {
+
+/// The least box around all that a scene shows; low beyond high where it shows nothing.
+struct Bounds {
+  Vec3 low{}, high{};
+  [[nodiscard]] bool empty() const { return !(low[0] <= high[0]); }
+};
+/// Of shapes and instances; of a bent sphere, and of instances, the box around their own box.
+Bounds bounds_of(const Scene& scene);
+
+/// A camera in front (+z), a little to the right and above, that sees the whole box in a film of
+/// this width over height.
+Camera view_of(const Bounds& bounds, double aspect);
+
+/// Light from every direction, for a scene that has none.
+Environment studio_environment();
+
+}  // namespace tessera::scene

@@ -1,0 +1,12 @@
+#pragma once
+#include <vector>
+
+#include "common/scene/gltf/nodes.hpp"
+
+namespace tessera::scene::gltf {
+
+/// KHR_lights_punctual: candela and lux as they stand in the file; a node's scale says nothing.
+/// Lights that give none are left out.
+std::vector<PunctualLight> read_lights(Asset& asset, const std::vector<PlacedNode>& nodes);
+
+}  // namespace tessera::scene::gltf

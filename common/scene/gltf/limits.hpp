@@ -1,0 +1,15 @@
+#pragma once
+#include <cstddef>
+
+#include "common/base/limits.hpp"
+
+/// Bounds on what a glTF file may say, beside those of every scene.
+namespace tessera::limits {
+
+constexpr std::size_t gltf_values = 4U << 20;  ///< keys and values of its JSON
+constexpr std::size_t gltf_zeros = 16U << 20;  ///< elements of an accessor that no bytes stand for
+constexpr std::size_t gltf_unpacked = GiB;     ///< of one compressed buffer view
+constexpr std::size_t gltf_instances = 16U << 20;
+constexpr int gltf_node_depth = 4096;  ///< nodes above a node
+
+}  // namespace tessera::limits
