@@ -35,6 +35,9 @@ struct WedgeOptions {
 };
 int wedge(const Settings& settings, const WedgeOptions& options);
 
+/// What a scene holds and what of it cannot be shown.
+int info(const Settings& settings, const std::filesystem::path& scene);
+
 int extend(const Settings& settings, const std::vector<JobId>& jobs, std::int64_t samples);
 int submit(const Settings& settings, const JobOptions& options);
 int watch(const Settings& settings, JobId job);

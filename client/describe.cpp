@@ -323,6 +323,15 @@ void add_worker_control(CLI::App& app, Line& line) {
   });
 }
 
+void add_info(CLI::App& app, Line& line) {
+  CLI::App& command = *app.add_subcommand(
+      "info", "Count what a scene holds: triangles, materials, lights, cameras, what is not shown");
+  command.add_option("scene", line.info, "The scene: .json, .gltf or .glb")->required();
+  command.callback([&line] {
+    line.command = [&line](const Settings& settings) { return info(settings, line.info); };
+  });
+}
+
 /// A command that takes nothing.
 void add_plain(CLI::App& app, Line& line, const char* name, const char* about,
                int (*run)(const Settings&)) {
@@ -352,6 +361,7 @@ void describe(CLI::App& app, Line& line) {
   add_render(app, line);
   add_wedge(app, line);
   add_submit(app, line);
+  add_info(app, line);
   add_one(app, line, "watch", "Show a job's progress until it ends", watch);
   add_one(app, line, "wait", "Wait until a job ends, and say by the exit code how", wait);
   add_fetch(app, line);

@@ -20,6 +20,7 @@ struct Line {
   FetchOptions fetch;
   SetOptions set;
   QuarantineOptions quarantine;       ///< its `workers` are drain's and release's too
+  std::filesystem::path info;         ///< the scene of info
   std::string job;                    ///< of a command that takes something behind it
   std::optional<std::string> frames;  ///< of fetch
   std::int64_t samples = 0;           ///< of extend

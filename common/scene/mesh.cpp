@@ -6,6 +6,7 @@
 #include "common/base/limits.hpp"
 #include "common/scene/obj.hpp"
 #include "common/scene/parts.hpp"
+#include "common/scene/ply.hpp"
 
 namespace tessera::scene {
 
@@ -92,10 +93,12 @@ Mesh read_mesh(Fields& in, Reading& reading) {
       value->fail(
           fmt::format("{} and file exclude each other: a mesh is inline or in a file", key));
   const std::filesystem::path place = reading.use_file(*file);
-  if (!file->text().ends_with(".obj") && !file->text().ends_with(".OBJ"))
-    file->fail_expected("the name of a mesh file that ends in .obj");
+  const std::string& name = file->text();
+  const bool obj = name.ends_with(".obj") || name.ends_with(".OBJ");
+  if (!obj && !name.ends_with(".ply") && !name.ends_with(".PLY"))
+    file->fail_expected("the name of a mesh file that ends in .obj or .ply");
   if (!reading.meshes()) return {};
-  return read_obj(place, reading.shown(file->text()));
+  return obj ? read_obj(place, reading.shown(name)) : read_ply(place, reading.shown(name));
 }
 
 }  // namespace tessera::scene

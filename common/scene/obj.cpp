@@ -131,8 +131,9 @@ class Joiner {
     if (uvs_) {
       const std::size_t at = static_cast<std::size_t>(std::max(corner.texcoord_index, 0)) * 2;
       const bool there = corner.texcoord_index >= 0;
+      // OBJ's v runs up from a picture's lower left, the description's down from its upper left.
       mesh_.uvs.push_back(
-          {there ? attributes_.texcoords[at] : 0, there ? attributes_.texcoords[at + 1] : 0});
+          {there ? attributes_.texcoords[at] : 0, there ? 1 - attributes_.texcoords[at + 1] : 0});
     }
     return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
   }

@@ -9,6 +9,7 @@
 #include "common/base/names.hpp"
 #include "common/scene/default_view.hpp"
 #include "common/scene/gltf/accessor.hpp"
+#include "common/scene/gltf/animation.hpp"
 #include "common/scene/gltf/cameras.hpp"
 #include "common/scene/gltf/instancing.hpp"
 #include "common/scene/gltf/lights.hpp"
@@ -16,6 +17,7 @@
 #include "common/scene/gltf/materials.hpp"
 #include "common/scene/gltf/mesh.hpp"
 #include "common/scene/gltf/nodes.hpp"
+#include "common/scene/gltf/pose.hpp"
 
 namespace tessera::scene::gltf {
 
@@ -31,6 +33,7 @@ class Assembler {
       : asset_(asset), meshes_(meshes), accessors_(asset), materials_(asset) {}
 
   Scene assemble() {
+    animate(asset_, accessors_, 0);
     const std::vector<PlacedNode> nodes = placed_nodes(asset_);
     scene_.cameras = read_cameras(asset_, nodes);
     scene_.lights = read_lights(asset_, nodes);
@@ -41,7 +44,7 @@ class Assembler {
     if (meshes_) {
       find_places(nodes);
       for (std::size_t mesh = 0; mesh < places_.size(); ++mesh)
-        if (!places_[mesh].empty()) add_mesh(mesh);
+        if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh]);
     }
     materials_.move_into(scene_);
     warn_of_the_rest();
@@ -50,34 +53,77 @@ class Assembler {
   }
 
  private:
-  /// Where each mesh stands.
+  /// Where each mesh stands; what is bent stands apart.
   void find_places(const std::vector<PlacedNode>& nodes) {
     places_.resize(asset_.model.meshes.size());
-    std::size_t count = 0;
+    std::vector<const Transform*> worlds(asset_.model.nodes.size(), nullptr);
+    for (const PlacedNode& placed : nodes)
+      worlds[static_cast<std::size_t>(placed.node)] = &placed.to_world;
     for (const PlacedNode& placed : nodes) {
       const tinygltf::Node& node = asset_.model.nodes[static_cast<std::size_t>(placed.node)];
       if (node.mesh < 0) continue;
-      std::vector<Transform>& places = places_[static_cast<std::size_t>(node.mesh)];
-      for (const Transform& copy : copies_of(asset_, accessors_, placed.node)) {
-        const Transform to_world = placed.to_world * copy;
-        if (is_singular(to_world)) {
-          asset_.warn(
-              fmt::format("/nodes/{} is scaled to something flat, and left out", placed.node));
-          continue;
-        }
-        if (++count > limits::gltf_instances)
-          throw Error(ErrorKind::too_large,
-                      fmt::format("more than {} meshes are placed", limits::gltf_instances),
-                      {.file = asset_.name, .key = fmt::format("/nodes/{}", placed.node)});
-        places.push_back(to_world);
-      }
+      const Pose pose = pose_of(asset_, accessors_, placed.node, worlds);
+      std::vector<Transform> places = places_of(placed);
+      if (is_bent(pose))
+        add_mesh(static_cast<std::size_t>(node.mesh), pose, places);
+      else
+        append(places_[static_cast<std::size_t>(node.mesh)], std::move(places));
     }
   }
 
-  void add_mesh(std::size_t mesh) {
-    std::vector<Shape> shapes = shapes_of(mesh);
-    if (shapes.empty()) return;
-    const std::vector<Transform>& places = places_[mesh];
+  static bool is_bent(const Pose& pose) {
+    return !pose.joints.empty() || std::any_of(pose.weights.begin(), pose.weights.end(),
+                                               [](double weight) { return weight != 0; });
+  }
+
+  static void append(std::vector<Transform>& to, std::vector<Transform> more) {
+    if (to.empty())
+      to = std::move(more);
+    else
+      to.insert(to.end(), more.begin(), more.end());
+  }
+
+  /// Of a node's mesh, in the world.
+  std::vector<Transform> places_of(const PlacedNode& placed) {
+    std::vector<Transform> out;
+    for (const Transform& copy : copies_of(asset_, accessors_, placed.node)) {
+      const Transform to_world = placed.to_world * copy;
+      if (is_singular(to_world)) {
+        asset_.warn(
+            fmt::format("/nodes/{} is scaled to something flat, and left out", placed.node));
+        continue;
+      }
+      if (++count_ > limits::gltf_instances)
+        throw Error(ErrorKind::too_large,
+                    fmt::format("more than {} meshes are placed", limits::gltf_instances),
+                    {.file = asset_.name, .key = fmt::format("/nodes/{}", placed.node)});
+      out.push_back(to_world);
+    }
+    return out;
+  }
+
+  void add_mesh(std::size_t number, const Pose& pose, const std::vector<Transform>& places) {
+    const tinygltf::Mesh& mesh = asset_.model.meshes[number];
+    const std::string name =
+        mesh.name.empty() ? fmt::format("mesh {}", number) : excerpt(mesh.name, 120);
+    std::vector<Shape> shapes;
+    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+      const tinygltf::Primitive& primitive = mesh.primitives[i];
+      auto made = read_primitive(asset_, accessors_, primitive, pose,
+                                 fmt::format("/meshes/{}/primitives/{}", number, i));
+      if (!made) continue;
+      Shape shape{.name = name,
+                  .geometry = std::move(made->mesh),
+                  .material = materials_.use(primitive.material),
+                  .to_world = {}};
+      (made->in_world ? scene_.shapes : shapes).push_back(std::move(shape));
+    }
+    place(name, std::move(shapes), places);
+  }
+
+  void place(const std::string& name, std::vector<Shape> shapes,
+             const std::vector<Transform>& places) {
+    if (shapes.empty() || places.empty()) return;
     if (places.size() == 1) {
       for (Shape& shape : shapes) {
         shape.to_world = places[0];
@@ -86,39 +132,14 @@ class Assembler {
       return;
     }
     const auto object = static_cast<std::uint32_t>(scene_.objects.size());
-    scene_.objects.push_back({.name = shapes[0].name, .shapes = std::move(shapes)});
+    scene_.objects.push_back({.name = name, .shapes = std::move(shapes)});
     for (const Transform& to_world : places)
       scene_.instances.push_back({.object = object, .to_world = to_world});
   }
 
-  std::vector<Shape> shapes_of(std::size_t number) {
-    const tinygltf::Mesh& mesh = asset_.model.meshes[number];
-    const std::string name =
-        mesh.name.empty() ? fmt::format("mesh {}", number) : excerpt(mesh.name, 120);
-    std::vector<Shape> out;
-    for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
-      const tinygltf::Primitive& primitive = mesh.primitives[i];
-      const std::string place = fmt::format("/meshes/{}/primitives/{}", number, i);
-      auto geometry = read_primitive(asset_, accessors_, primitive, place);
-      if (!geometry) continue;
-      out.push_back({.name = name,
-                     .geometry = std::move(*geometry),
-                     .material = materials_.use(primitive.material),
-                     .to_world = {}});
-    }
-    return out;
-  }
-
   void warn_of_the_rest() {
     const tinygltf::Model& model = asset_.model;
-    if (!model.animations.empty()) asset_.warn("animations are not supported; nothing moves");
-    if (!model.skins.empty()) asset_.warn("skins are not supported; meshes stand as modelled");
-    const auto has_targets = [](const tinygltf::Mesh& mesh) {
-      return std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
-                         [](const auto& primitive) { return !primitive.targets.empty(); });
-    };
-    if (std::any_of(model.meshes.begin(), model.meshes.end(), has_targets))
-      asset_.warn("morph targets are not supported; meshes stand as modelled");
+    if (!model.animations.empty()) asset_.warn("its animations stand still at their first moment");
     if (extension(model.extensions, "KHR_materials_variants") != nullptr)
       asset_.warn("the file has variants of its materials; the default is shown");
   }
@@ -140,7 +161,8 @@ class Assembler {
   bool meshes_;
   Accessors accessors_;
   Materials materials_;
-  std::vector<std::vector<Transform>> places_;  ///< by mesh
+  std::vector<std::vector<Transform>> places_;  ///< by mesh; of those that are not bent
+  std::size_t count_ = 0;                       ///< of places
   Scene scene_;
 };
 

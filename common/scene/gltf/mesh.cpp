@@ -38,19 +38,22 @@ std::vector<Triangle> triangles_of(int mode, const std::vector<std::array<std::u
 class PrimitiveReader {
  public:
   PrimitiveReader(const Asset& asset, Accessors& accessors, const tinygltf::Primitive& primitive,
-                  const std::string& place)
-      : asset_(asset), accessors_(accessors), primitive_(primitive), place_(place) {}
+                  const Pose& pose, const std::string& place)
+      : asset_(asset), accessors_(accessors), primitive_(primitive), pose_(pose), place_(place) {}
 
-  Mesh read() {
+  PosedMesh read() {
     mesh_.positions =
         accessors_.vectors<3>(primitive_.attributes.at("POSITION"), attribute_place("POSITION"));
     check_positions();
     mesh_.triangles = triangles_of(primitive_.mode, read_corners());
     if (mesh_.triangles.empty()) return {};
     read_attributes();
+    morph(asset_, accessors_, primitive_, pose_, place_, mesh_);
+    const bool in_world = skin(asset_, accessors_, primitive_, pose_, place_, mesh_);
+    if (in_world) check_positions();
     drop_unused();
     mend_normals();
-    return std::move(mesh_);
+    return {.mesh = std::move(mesh_), .in_world = in_world};
   }
 
  private:
@@ -177,14 +180,16 @@ class PrimitiveReader {
   const Asset& asset_;
   Accessors& accessors_;
   const tinygltf::Primitive& primitive_;
+  const Pose& pose_;
   const std::string& place_;
   Mesh mesh_;
 };
 
 }  // namespace
 
-std::optional<Mesh> read_primitive(Asset& asset, Accessors& accessors,
-                                   const tinygltf::Primitive& primitive, const std::string& place) {
+std::optional<PosedMesh> read_primitive(Asset& asset, Accessors& accessors,
+                                        const tinygltf::Primitive& primitive, const Pose& pose,
+                                        const std::string& place) {
   if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
     asset.warn("points and lines have no area, and are passed over");
     return std::nullopt;
@@ -193,8 +198,8 @@ std::optional<Mesh> read_primitive(Asset& asset, Accessors& accessors,
     asset.warn(place + " has no positions, and is passed over");
     return std::nullopt;
   }
-  Mesh mesh = PrimitiveReader(asset, accessors, primitive, place).read();
-  if (!mesh.triangles.empty()) return mesh;
+  PosedMesh out = PrimitiveReader(asset, accessors, primitive, pose, place).read();
+  if (!out.mesh.triangles.empty()) return out;
   asset.warn(place + " has no triangle with an area, and is passed over");
   return std::nullopt;
 }

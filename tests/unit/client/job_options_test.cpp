@@ -69,6 +69,15 @@ TEST(JobOptions, an_order_has_a_name) {
   }
 }
 
+TEST(JobOptions, a_camera_may_be_named_by_its_number) {
+  JobOptions options;
+  options.camera = "1";
+  EXPECT_EQ(job_from(scene_of(), options, Digest{}).camera, "right");
+  scene::Scene scene = scene_of();
+  scene.cameras[0].name = "1";
+  EXPECT_EQ(job_from(scene, options, Digest{}).camera, "1") << "a name comes before a number";
+}
+
 TEST(JobOptions, what_is_given_wins) {
   JobOptions options;
   options.name = "Mine";
@@ -129,6 +138,7 @@ void expect_refused(const std::function<void(JobOptions&)>& change, const std::s
 }
 
 TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
+  expect_refused([](JobOptions& o) { o.camera = "2"; }, "--camera", "left, right");
   expect_refused([](JobOptions& o) { o.camera = "rigth"; }, "--camera", "did you mean \"right\"?");
   expect_refused([](JobOptions& o) { o.filter = "tenf"; }, "--filter", "did you mean \"tent\"?");
   expect_refused([](JobOptions& o) { o.integrator = "paht"; }, "--integrator",

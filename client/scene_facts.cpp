@@ -1,0 +1,162 @@
+#include "client/scene_facts.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace tessera::client {
+
+namespace {
+
+using scene::Box;
+using scene::Mesh;
+using scene::Quad;
+using scene::Sphere;
+
+constexpr std::uint64_t face_bytes = 3 * 4 + 2;  ///< a triangle's indices, and its material
+
+std::uint64_t triangles_of(const Mesh& mesh) { return mesh.triangles.size(); }
+std::uint64_t triangles_of(const Quad&) { return 2; }
+std::uint64_t triangles_of(const Box&) { return 12; }
+std::uint64_t triangles_of(const Sphere&) { return 0; }
+
+/// As the renderer keeps it: a normal takes 4 bytes.
+std::uint64_t bytes_of(const Mesh& mesh) {
+  return mesh.positions.size() * 12 + mesh.normals.size() * 4 +
+         (mesh.uvs.size() + mesh.uvs1.size()) * 8 + mesh.tangents.size() * 4 +
+         mesh.colors.size() * 8 + mesh.triangles.size() * face_bytes;
+}
+std::uint64_t bytes_of(const Quad&) { return 4 * 12 + 16 + 2; }
+std::uint64_t bytes_of(const Box&) { return 6 * bytes_of(Quad{}); }
+std::uint64_t bytes_of(const Sphere&) { return 16 + 2; }
+
+std::uint64_t triangles_of(const std::vector<scene::Shape>& shapes) {
+  std::uint64_t out = 0;
+  for (const scene::Shape& shape : shapes)
+    out += std::visit([](const auto& one) { return triangles_of(one); }, shape.geometry);
+  return out;
+}
+
+void count(const std::vector<scene::Shape>& shapes, SceneFacts& out) {
+  out.triangles += triangles_of(shapes);
+  out.shapes += shapes.size();
+  for (const scene::Shape& shape : shapes) {
+    out.geometry_bytes += std::visit([](const auto& one) { return bytes_of(one); }, shape.geometry);
+    if (std::holds_alternative<Sphere>(shape.geometry)) ++out.spheres;
+  }
+}
+
+bool emits(const scene::Material& material) {
+  if (std::holds_alternative<scene::Emitter>(material.surface)) return true;
+  const auto* surface = std::get_if<scene::Principled>(&material.surface);
+  return surface != nullptr &&
+         (surface->unlit || surface->emission.factor != scene::Color{0, 0, 0});
+}
+
+std::uint64_t bytes_of(const scene::Image& image) {
+  if (const auto* range = std::get_if<scene::FileRange>(&image.encoded))
+    return range->size != 0 ? range->size : std::filesystem::file_size(range->file);
+  return std::get<1>(image.encoded)->size();
+}
+
+std::string size_text(std::uint64_t bytes) {
+  constexpr double step = 1024;
+  auto value = static_cast<double>(bytes);
+  for (const char* unit : {"bytes", "KiB", "MiB"}) {
+    if (value < step)
+      return fmt::format("{:.{}f} {}", value, value < 10 && unit[0] != 'b' ? 1 : 0, unit);
+    value /= step;
+  }
+  return fmt::format("{:.1f} GiB", value);
+}
+
+}  // namespace
+
+SceneFacts facts_of(const scene::LoadedScene& loaded) {
+  const scene::Scene& from = loaded.scene;
+  SceneFacts out;
+  out.name = from.name;
+  out.width = from.render.width;
+  out.height = from.render.height;
+  count(from.shapes, out);
+  out.triangles_placed = out.triangles;
+  std::vector<std::uint64_t> of_object;
+  for (const scene::Object& object : from.objects) {
+    count(object.shapes, out);
+    of_object.push_back(triangles_of(object.shapes));
+  }
+  for (const scene::Instance& instance : from.instances)
+    out.triangles_placed += of_object[instance.object];
+  out.objects = from.objects.size();
+  out.instances = from.instances.size();
+  out.materials = from.materials.size();
+  for (const scene::Material& material : from.materials)
+    out.emitting_materials += emits(material) ? 1 : 0;
+  out.lights = from.lights.size();
+  out.environment = from.environment.has_value();
+  out.textures = from.textures.size();
+  out.images = from.images.size();
+  for (const scene::Image& image : from.images) out.image_bytes += bytes_of(image);
+  for (const scene::Camera& camera : from.cameras) out.cameras.push_back(camera.name);
+  out.files = loaded.files.size();
+  for (const scene::UsedFile& used : loaded.files)
+    out.file_bytes += std::filesystem::file_size(used.file);
+  out.warnings = loaded.warnings;
+  return out;
+}
+
+Json to_json(const SceneFacts& facts) {
+  return {{"name", facts.name},
+          {"width", facts.width},
+          {"height", facts.height},
+          {"triangles", facts.triangles},
+          {"triangles_placed", facts.triangles_placed},
+          {"spheres", facts.spheres},
+          {"shapes", facts.shapes},
+          {"objects", facts.objects},
+          {"instances", facts.instances},
+          {"materials", facts.materials},
+          {"emitting_materials", facts.emitting_materials},
+          {"lights", facts.lights},
+          {"environment", facts.environment},
+          {"textures", facts.textures},
+          {"images", facts.images},
+          {"image_bytes", facts.image_bytes},
+          {"geometry_bytes", facts.geometry_bytes},
+          {"cameras", facts.cameras},
+          {"files", facts.files},
+          {"file_bytes", facts.file_bytes},
+          {"warnings", facts.warnings}};
+}
+
+std::string text_of(const SceneFacts& facts) {
+  std::string out;
+  const auto line = [&](std::string_view what, const std::string& text) {
+    out += fmt::format("{:<11} {}\n", what, text);
+  };
+  if (!facts.name.empty()) line("name", facts.name);
+  line("film", fmt::format("{}x{}", facts.width, facts.height));
+  line("triangles", facts.instances == 0 ? fmt::format("{}", facts.triangles)
+                                         : fmt::format("{}, {} with instances", facts.triangles,
+                                                       facts.triangles_placed));
+  if (facts.spheres > 0) line("spheres", fmt::format("{}", facts.spheres));
+  line("shapes", fmt::format("{}", facts.shapes));
+  if (facts.instances > 0)
+    line("instances", fmt::format("{} of {} objects", facts.instances, facts.objects));
+  line("materials", facts.emitting_materials == 0
+                        ? fmt::format("{}", facts.materials)
+                        : fmt::format("{}, {} emit", facts.materials, facts.emitting_materials));
+  line("lights", fmt::format("{} without a size{}", facts.lights,
+                             facts.environment ? ", and an environment" : ""));
+  line("textures", fmt::format("{} of {} images, {} encoded", facts.textures, facts.images,
+                               size_text(facts.image_bytes)));
+  line("cameras", fmt::format("{}", fmt::join(facts.cameras, ", ")));
+  line("geometry",
+       fmt::format("{} in memory, and the hierarchy over it", size_text(facts.geometry_bytes)));
+  line("files", fmt::format("{}, {}", facts.files, size_text(facts.file_bytes)));
+  for (const std::string& warning : facts.warnings) line("note", warning);
+  return out;
+}
+
+}  // namespace tessera::client
