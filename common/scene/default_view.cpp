@@ -111,6 +111,16 @@ Camera view_of(const Bounds& bounds, double aspect) {
   return out;
 }
 
+bool has_light(const Scene& scene) {
+  const auto emits = [](const Material& material) {
+    if (std::holds_alternative<Emitter>(material.surface)) return true;
+    const auto* surface = std::get_if<Principled>(&material.surface);
+    return surface != nullptr && !surface->unlit && surface->emission.factor != Color{0, 0, 0};
+  };
+  return scene.environment || !scene.lights.empty() ||
+         std::any_of(scene.materials.begin(), scene.materials.end(), emits);
+}
+
 Environment studio_environment() { return {.radiance = {0.8, 0.8, 0.8}}; }
 
 }  // namespace tessera::scene

@@ -15,6 +15,10 @@ Bounds bounds_of(const Scene& scene);
 /// this width over height.
 Camera view_of(const Bounds& bounds, double aspect);
 
+/// True if anything in the scene shines: an environment, lights, a material that emits. (Unlit
+/// surfaces show themselves and light nothing.)
+bool has_light(const Scene& scene);
+
 /// Light from every direction, for a scene that has none.
 Environment studio_environment();
 

@@ -19,6 +19,9 @@ class Reading {
   /// Where the file that `value` names is; notes that the scene uses it. Throws at `value` if there
   /// is none.
   std::filesystem::path use_file(const Value& value);
+  /// A glTF file that `value` names, without what would be made up for it; its files and warnings
+  /// join this scene's.
+  Scene load_part(const Value& file);
   /// The name of a file of the scene, for errors.
   [[nodiscard]] std::string shown(const std::string& path) const { return files_.shown(path); }
   /// False if mesh files need only be there.
@@ -26,6 +29,7 @@ class Reading {
   [[nodiscard]] const std::vector<UsedFile>& used() const { return used_; }
 
   std::vector<Material> materials;
+  std::vector<std::string> warnings;
 
  private:
   const SceneFiles& files_;
@@ -52,6 +56,10 @@ Mesh read_mesh(Fields& fields, Reading& reading);
 
 /// `camera`, or the list `cameras`: exactly one of the two keys must be there.
 std::vector<Camera> read_cameras(Fields& root);
+
+/// A list of glTF files whose parts join the scene: materials stand in `reading` behind its own.
+/// The scene's materials, cameras and lights take the place of included ones of their names.
+void read_includes(const Value& list, Reading& reading, Scene& out);
 
 /// A list of lights without a size.
 std::vector<PunctualLight> read_lights(const Value& lights);

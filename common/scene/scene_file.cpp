@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
+#include "common/scene/default_view.hpp"
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/parts.hpp"
@@ -28,6 +29,18 @@ fs::path Reading::use_file(const Value& value) {
     if (error.place().line != 0) throw;
     throw Error(ErrorKind::bad_input, error.message(), value.place());
   }
+}
+
+Scene Reading::load_part(const Value& file) {
+  (void)use_file(file);
+  LoadedScene part =
+      gltf::load(files_, checked_path(file.text()), {.meshes = meshes_, .whole = false});
+  for (UsedFile& used : part.files)
+    if (std::none_of(used_.begin(), used_.end(),
+                     [&](const UsedFile& other) { return other.path == used.path; }))
+      used_.push_back(std::move(used));
+  std::move(part.warnings.begin(), part.warnings.end(), std::back_inserter(warnings));
+  return std::move(part.scene);
 }
 
 std::string read_name(Fields& fields, std::string_view key, std::string_view kind,
@@ -103,10 +116,11 @@ std::vector<Object> read_objects(const Value& objects, Reading& reading) {
   return out;
 }
 
+/// `first`: the scene's own objects begin here, behind those that were included.
 std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
-                                     const Reading& reading) {
+                                     std::size_t first, const Reading& reading) {
   std::vector<std::string_view> names;
-  for (const Object& object : objects) names.push_back(object.name);
+  for (std::size_t i = first; i < objects.size(); ++i) names.push_back(objects[i].name);
   std::vector<Instance> out;
   for (const Value& value : instances.items("a list of instances")) {
     Fields in(value);
@@ -116,7 +130,8 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
     if (names.empty())
       object.fail(fmt::format("unknown object \"{}\": the scene has none", object.text()));
     if (found == names.end()) object.fail(unknown_name("object", object.text(), names));
-    instance.object = static_cast<std::uint32_t>(found - names.begin());
+    instance.object =
+        static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(found - names.begin());
     const auto transform = in.optional("transform");
     if (transform) instance.to_world = read_transform(*transform);
     in.finish();
@@ -125,6 +140,20 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
     out.push_back(instance);
   }
   return out;
+}
+
+/// What a picture of included files needs, and neither they nor the scene have.
+void fill_in(Reading& reading, Scene& out) {
+  if (out.cameras.empty()) {
+    out.cameras.push_back(view_of(bounds_of(out), static_cast<double>(out.render.width) /
+                                                      static_cast<double>(out.render.height)));
+    out.cameras.back().name = "camera";
+    reading.warnings.emplace_back("the scene has no camera: this one shows all of it");
+  }
+  if (!has_light(out)) {
+    out.environment = studio_environment();
+    reading.warnings.emplace_back("the scene has no light: even light comes from every direction");
+  }
 }
 
 Scene read_scene(const Value& value, Reading& reading) {
@@ -137,17 +166,24 @@ Scene read_scene(const Value& value, Reading& reading) {
   (void)root.text_or("about", "");
   read_film(root, out.render);
   read_render(root, out.render);
-  out.cameras = read_cameras(root);
+  const auto include = root.optional("include");
+  if (!include || root.has("camera") || root.has("cameras")) out.cameras = read_cameras(root);
   out.environment = read_environment(root);
   if (const auto lights = root.optional("lights")) out.lights = read_lights(*lights);
   if (const auto materials = root.optional("materials"))
     reading.materials = read_materials(*materials);
-  if (const auto shapes = root.optional("shapes")) out.shapes = read_shapes(*shapes, reading);
-  if (const auto objects = root.optional("objects")) out.objects = read_objects(*objects, reading);
+  if (include) read_includes(*include, reading, out);
+  if (const auto shapes = root.optional("shapes"))
+    for (Shape& shape : read_shapes(*shapes, reading)) out.shapes.push_back(std::move(shape));
+  const std::size_t included = out.objects.size();
+  if (const auto objects = root.optional("objects"))
+    for (Object& object : read_objects(*objects, reading)) out.objects.push_back(std::move(object));
   if (const auto instances = root.optional("instances"))
-    out.instances = read_instances(*instances, out.objects, reading);
+    for (const Instance& instance : read_instances(*instances, out.objects, included, reading))
+      out.instances.push_back(instance);
   root.finish();
-  out.materials = reading.materials;
+  out.materials = std::move(reading.materials);
+  if (include) fill_in(reading, out);
   return out;
 }
 
@@ -160,7 +196,7 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
 
 LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) {
   const std::string checked = checked_path(path);
-  if (gltf::is_gltf(checked)) return gltf::load(files, checked, meshes);
+  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.meshes = meshes});
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
   Reading reading(files, meshes);
@@ -169,6 +205,7 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) 
   out.files.push_back({checked, file});
   for (const UsedFile& used : reading.used())
     if (used.path != checked) out.files.push_back(used);
+  out.warnings = std::move(reading.warnings);
   return out;
 }
 

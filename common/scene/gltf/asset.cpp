@@ -93,18 +93,18 @@ void parse(const std::string& text, Asset& asset) {
     asset.fail("", fmt::format("not a good glTF file: {}", excerpt(problem, 300)));
 }
 
-void check_extensions(Asset& asset) {
+void check_extensions(const CheckedJson& checked, Asset& asset) {
   const auto known = [](const std::string& name) {
     return std::find(known_extensions.begin(), known_extensions.end(), name) !=
            known_extensions.end();
   };
-  const auto& required = asset.model.extensionsRequired;
+  const auto& required = checked.extensions_required;
   for (std::size_t i = 0; i < required.size(); ++i)
     if (!known(required[i]))
       asset.fail(fmt::format("/extensionsRequired/{}", i),
                  fmt::format("the file cannot be shown without \"{}\", which is not supported",
                              excerpt(required[i])));
-  for (const std::string& used : asset.model.extensionsUsed)
+  for (const std::string& used : checked.extensions_used)
     if (!known(used))
       asset.warn(fmt::format("extension {} is not supported, and passed over", excerpt(used)));
 }
@@ -162,8 +162,9 @@ Asset read_asset(const SceneFiles& files, const std::string& path) {
   out.name = files.shown(path);
   Container container = read_container(files.locate(path), out.name);
   const CheckedJson checked = check_json(std::move(container.json), out.name);
+  // First, as the parser does not understand what another extension leaves out.
+  check_extensions(checked, out);
   parse(checked.rest, out);
-  check_extensions(out);
   Gatherer gatherer(files, path, out);
   for (std::size_t i = 0; i < checked.buffers.size(); ++i)
     out.buffers.push_back(gatherer.buffer(checked.buffers[i],

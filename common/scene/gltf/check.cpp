@@ -217,6 +217,11 @@ CheckedJson check_json(std::string text, const std::string& name) {
     out.images.push_back(std::move(image));
   });
 
+  checker.visit(root, "extensionsUsed/*",
+                [&](const Value& value) { out.extensions_used.push_back(value.text()); });
+  checker.visit(root, "extensionsRequired/*",
+                [&](const Value& value) { out.extensions_required.push_back(value.text()); });
+
   out.rest = document.text();
   const std::vector<Value::Member> members = root.members();
   for (std::size_t i = members.size(); i-- > 0;) {

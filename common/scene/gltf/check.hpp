@@ -26,6 +26,7 @@ struct ImageEntry {
 struct CheckedJson {
   std::vector<BufferEntry> buffers;
   std::vector<ImageEntry> images;
+  std::vector<std::string> extensions_used, extensions_required;
   std::string rest;  ///< the text without the two: what the parser reads can name no file
 };
 

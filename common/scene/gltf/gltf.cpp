@@ -29,8 +29,8 @@ constexpr double film_aspect = 16.0 / 9.0;
 /// Puts a file's parts together into a scene.
 class Assembler {
  public:
-  Assembler(Asset& asset, bool meshes)
-      : asset_(asset), meshes_(meshes), accessors_(asset), materials_(asset) {}
+  Assembler(Asset& asset, const Options& options)
+      : asset_(asset), options_(options), accessors_(asset), materials_(asset) {}
 
   Scene assemble() {
     animate(asset_, accessors_, 0);
@@ -41,14 +41,14 @@ class Assembler {
         std::clamp(aspect_of_first(asset_, nodes).value_or(film_aspect), 0.05, 20.0);
     scene_.render.height = film_height;
     scene_.render.width = static_cast<int>(std::lround(film_height * aspect));
-    if (meshes_) {
+    if (options_.meshes) {
       find_places(nodes);
       for (std::size_t mesh = 0; mesh < places_.size(); ++mesh)
         if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh]);
     }
     materials_.move_into(scene_);
     warn_of_the_rest();
-    fill_in(aspect);
+    if (options_.whole) fill_in(aspect);
     return std::move(scene_);
   }
 
@@ -149,16 +149,17 @@ class Assembler {
     if (scene_.cameras.empty()) {
       scene_.cameras.push_back(view_of(bounds_of(scene_), aspect));
       scene_.cameras.back().name = "camera";
-      if (meshes_) asset_.warn("the file has no camera: this one shows all of it");
+      if (options_.meshes) asset_.warn("the file has no camera: this one shows all of it");
     }
-    if (!materials_.emits() && scene_.lights.empty()) {
+    if (!has_light(scene_)) {
       scene_.environment = studio_environment();
-      if (meshes_) asset_.warn("the file has no light: even light comes from every direction");
+      if (options_.meshes)
+        asset_.warn("the file has no light: even light comes from every direction");
     }
   }
 
   Asset& asset_;
-  bool meshes_;
+  Options options_;
   Accessors accessors_;
   Materials materials_;
   std::vector<std::vector<Transform>> places_;  ///< by mesh; of those that are not bent
@@ -175,13 +176,13 @@ bool is_gltf(std::string_view path) {
   return ending == ".gltf" || ending == ".glb";
 }
 
-LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) {
+LoadedScene load(const SceneFiles& files, const std::string& path, const Options& options) {
   Asset asset = read_asset(files, path);
   LoadedScene out;
   out.files.push_back({path, files.locate(path)});
   for (const UsedFile& used : asset.files)
     if (used.path != path) out.files.push_back(used);
-  out.scene = Assembler(asset, meshes).assemble();
+  out.scene = Assembler(asset, options).assemble();
   out.warnings = std::move(asset.warnings);
   return out;
 }

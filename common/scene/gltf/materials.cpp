@@ -39,8 +39,6 @@ Opacity::Mode mode_of(const std::string& mode) {
   return mode == "BLEND" ? Opacity::Mode::blend : Opacity::Mode::opaque;
 }
 
-bool is_black(const Color& color) { return color == Color{0, 0, 0}; }
-
 }  // namespace
 
 std::uint32_t Materials::use(int material) {
@@ -108,7 +106,6 @@ Material Materials::read(int index) {
                                           .place = place + "/emissiveTexture"},
                                          ColorSpace::srgb);
   read_extensions(from, place, surface);
-  emits_ = emits_ || (!surface.unlit && !is_black(surface.emission.factor));
 
   out.opacity.mode = mode_of(from.alphaMode);
   out.opacity.cutoff = from.alphaCutoff;

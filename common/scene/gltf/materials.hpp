@@ -17,8 +17,6 @@ class Materials {
   /// The index in `take()`'s list of a material of the file; −1 is the one that glTF gives to
   /// primitives without.
   std::uint32_t use(int material);
-  /// True if something that was used emits.
-  [[nodiscard]] bool emits() const { return emits_; }
   /// Into the scene: materials, textures, and the images that those need.
   void move_into(Scene& scene);
 
@@ -43,7 +41,6 @@ class Materials {
   std::string name_for(const tinygltf::Material& material, int index);
 
   Asset& asset_;
-  bool emits_ = false;
   std::map<int, std::uint32_t> known_;
   std::map<std::pair<int, ColorSpace>, std::uint32_t> known_textures_;
   std::map<int, std::uint32_t> known_images_;

@@ -190,6 +190,9 @@ TEST(GltfScene, extensions_that_are_not_known_are_passed_over_if_the_file_can_do
   file.json["extensionsUsed"] = {"ACME_sparkles"};
   EXPECT_THAT(file.load().warnings, Contains(HasSubstr("ACME_sparkles is not supported")));
   file.json["extensionsRequired"] = {"ACME_sparkles"};
+  // Which may leave out what is needed else.
+  file.json["meshes"][0]["primitives"][0]["indices"] = file.indices({0, 1, 2});
+  file.json["accessors"][1].erase("bufferView");
   const Error error = error_of_bytes(file.glb());
   EXPECT_EQ(error.place().key, "/extensionsRequired/0");
   EXPECT_THAT(error.message(), HasSubstr("ACME_sparkles"));
