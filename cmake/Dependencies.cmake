@@ -11,10 +11,11 @@ find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
 find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
-find_package(TinyGLTF REQUIRED)
 find_package(meshoptimizer REQUIRED)
 find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
+find_path(TESSERA_TINYGLTF tiny_gltf.h REQUIRED)  # its CMake target has another name from version to version
+find_library(TESSERA_TINYGLTF_LIBRARY tinygltf REQUIRED)
 find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # a header that is all of it
 find_file(TESSERA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu REQUIRED NO_DEFAULT_PATH)
 
