@@ -19,6 +19,7 @@ Fault Faults::draw(Point point) {
   below += weather_.kill;
   if (drawn < below) return Fault::kill;
   if (point == Point::commit) return Fault::none;  // it has come back: no error any more
+  if (weather_.only && point != *weather_.only) return Fault::none;
   if (spell_ > 0) {
     --spell_;
     return Fault::error;

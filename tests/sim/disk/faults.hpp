@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -41,7 +42,8 @@ struct FaultWeather {
   double full = 0;  ///< a write that finds no room
   double kill = 0;
   double power = 0;
-  double spell = 0;  ///< chance that an error is the first of a spell of them
+  double spell = 0;             ///< chance that an error is the first of a spell of them
+  std::optional<Point> only{};  ///< errors come at such points alone
 };
 
 /// Numbers the points of a run and says what happens at each: drawn, or at one number as told.
