@@ -9,6 +9,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
+find_package(JPEG REQUIRED)  # libjpeg-turbo in Debian
 find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
 find_package(meshoptimizer REQUIRED)
@@ -16,7 +17,8 @@ find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
 find_path(TESSERA_TINYGLTF tiny_gltf.h REQUIRED)  # its CMake target has another name from version to version
 find_library(TESSERA_TINYGLTF_LIBRARY tinygltf REQUIRED)
-find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # a header that is all of it
+pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
+find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # headers that are all of it; stb_image.h too
 find_file(TESSERA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu REQUIRED NO_DEFAULT_PATH)
 
 # Embree 3 in Debian 12, Embree 4 in Debian 13: worker/accel alone knows which.

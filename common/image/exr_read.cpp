@@ -3,7 +3,6 @@
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
@@ -11,8 +10,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
-#include <stdexcept>
 
 #include "common/base/error.hpp"
 #include "common/base/files.hpp"
@@ -20,6 +17,7 @@
 #include "common/base/names.hpp"
 #include "common/image/exr_core.hpp"
 #include "common/image/exr_layout.hpp"
+#include "common/image/exr_stream.hpp"
 #include "common/image/picture.hpp"
 
 namespace tessera::image {
@@ -32,28 +30,9 @@ constexpr int channels_max = 1024;
 /// file that says it is large is refused before memory is taken for it.
 constexpr std::int64_t densest_compression = 2048;
 
-class MemoryStream : public Imf::IStream {
- public:
-  MemoryStream(std::span<const std::byte> bytes, const std::string& name)
-      : Imf::IStream(name.c_str()), bytes_(bytes) {}
-  bool isMemoryMapped() const override { return false; }
-  bool read(char* to, int count) override {
-    const auto wanted = static_cast<std::size_t>(count);
-    if (wanted > bytes_.size() - at_) throw std::runtime_error("ends too early");
-    std::memcpy(to, bytes_.data() + at_, wanted);
-    at_ += wanted;
-    return at_ < bytes_.size();
-  }
-  std::uint64_t tellg() override { return at_; }
-  void seekg(std::uint64_t to) override { at_ = std::min<std::size_t>(to, bytes_.size()); }
+}  // namespace
 
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t at_ = 0;
-};
-
-/// Size and channels against the limits, by the core, which allocates nothing by them.
-void check_bounds(std::span<const std::byte> exr, const std::string& name) {
+void check_exr_bounds(std::span<const std::byte> exr, const std::string& name) {
   const ExrCore file(exr, name);
   const auto refuse = [&](const std::string& message) {
     throw Error(ErrorKind::bad_input, message, {.file = name});
@@ -87,6 +66,8 @@ void check_bounds(std::span<const std::byte> exr, const std::string& name) {
                            printable(channels->entries[i].name.str)));
   }
 }
+
+namespace {
 
 Metadata metadata_in(const Imf::Header& header) {
   Metadata metadata;
@@ -155,7 +136,7 @@ std::span<const float> ExrImage::plane(std::string_view channel) const {
 }
 
 ExrImage read_exr(std::span<const std::byte> exr, const std::string& name) {
-  check_bounds(exr, name);
+  check_exr_bounds(exr, name);
   try {
     return read_checked(exr, name);
   } catch (const std::bad_alloc&) {

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 /// Decoded pictures as they came: in their own depth, with the channels that they have.
@@ -33,5 +35,11 @@ struct Texels {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(channels) * bytes_of(format);
   }
 };
+
+/// PNG (1 to 16 bits), JPEG, WebP, TGA, Radiance HDR or OpenEXR, told from the first bytes. Colour
+/// profiles and gamma in them are not looked at. Throws Error at `name`: bad_input for a format
+/// that is none of these or a file that is broken or cut short, too_large for a picture beyond
+/// limits.hpp, before memory is taken for it.
+Texels decode_texels(std::span<const std::byte> file, const std::string& name);
 
 }  // namespace tessera::image
