@@ -86,8 +86,14 @@ struct Camera {
   /// Greater than 0: all rays run alongside each other, and this is what the film's height shows.
   double orthographic_height = 0;
 };
+/// Light from infinitely far. Of a direction of unit length (x, y, z) the picture shows the point
+/// u = ½ − atan2(−z, x)/2π from its left and v = acos(y)/π from its top: its middle is seen along
+/// +x, and +z lies to the right of it.
 struct Environment {
-  Color radiance{0, 0, 0};  ///< constant, from every direction
+  Color radiance{0, 0, 0};  ///< from every direction; multiplies the picture's where there is one
+  std::optional<std::uint32_t> image;  ///< index into Scene::images
+  double strength = 1;                 ///< multiplies all of it
+  double rotation_degrees = 0;  ///< of the surroundings about +y, counter-clockwise from above
 };
 
 // ---- lights without a size, which nothing runs into ----

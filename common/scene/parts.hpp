@@ -1,6 +1,8 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/scene/description.hpp"
@@ -10,6 +12,13 @@
 /// How each part of a scene file is read. One table for materials, one for shapes: a new type is
 /// one reader and one line.
 namespace tessera::scene {
+
+/// A texture as it stands in the file: what its texels mean follows from the input that it feeds,
+/// unless the file says it.
+struct TextureSource {
+  Texture texture;
+  std::optional<ColorSpace> color_space;
+};
 
 /// What reading a shape may need beside its own keys.
 class Reading {
@@ -28,14 +37,44 @@ class Reading {
   [[nodiscard]] bool meshes() const { return meshes_; }
   [[nodiscard]] const std::vector<UsedFile>& used() const { return used_; }
 
+  /// The picture in the file that `value` names, each file once.
+  std::uint32_t use_image(const Value& value);
+  /// A texture that an input uses: its index in `textures`. `meant` is what the input's texels mean
+  /// where the texture does not say it.
+  std::uint32_t add_texture(const TextureSource& source, ColorSpace meant);
+  /// The one of that name, among the scene's `textures`.
+  std::uint32_t use_texture(const Value& name, ColorSpace meant);
+  void name_texture(const std::string& name, const TextureSource& source) {
+    named_textures_.emplace_back(name, source);
+  }
+
   std::vector<Material> materials;
   std::vector<std::string> warnings;
+  std::vector<Image> images;
+  std::vector<Texture> textures;
 
  private:
   const SceneFiles& files_;
   bool meshes_;
   std::vector<UsedFile> used_;
+  std::vector<std::pair<std::string, TextureSource>> named_textures_;
 };
+
+/// An object of textures by name.
+void read_textures(const Value& textures, Reading& reading);
+
+/// A texture's name; or an object with `texture`, a name, or with `file`, `color_space`, `wrap`,
+/// `filter`; and `uv_set`, `offset`, `scale`, `rotation`. `meant`: what the texels mean unless the
+/// texture says it.
+TextureUse read_texture_use(const Value& value, Reading& reading, ColorSpace meant);
+
+/// A colour within 0 … high, or a texture's name, or such an object with `factor`.
+ColorInput color_input_or(Fields& fields, std::string_view key, double high,
+                          const ColorInput& fallback, Reading& reading);
+/// A number within low … high, or a texture's name, or such an object with `factor` and `channel`
+/// ("r", "g", "b", "a").
+ScalarInput scalar_input_or(Fields& fields, std::string_view key, double low, double high,
+                            const ScalarInput& fallback, Reading& reading);
 
 /// A list of steps, the first applied first. Throws if the whole is singular.
 Transform read_transform(const Value& steps);

@@ -55,6 +55,7 @@ std::string read_name(Fields& fields, std::string_view key, std::string_view kin
 namespace {
 
 constexpr int film_default = 512;
+constexpr double strength_most = 1e12;
 
 void read_film(Fields& root, RenderSettings& out) {
   out.width = out.height = film_default;
@@ -92,12 +93,22 @@ void read_render(Fields& root, RenderSettings& out) {
   in.finish();
 }
 
-std::optional<Environment> read_environment(Fields& root) {
+std::optional<Environment> read_environment(Fields& root, Reading& reading) {
   const auto environment = root.optional("environment");
   if (!environment) return std::nullopt;
   Fields in(*environment);
   Environment out;
-  out.radiance = in.required("radiance").color(radiance_most);
+  if (const auto file = in.optional("file")) {
+    if (const auto radiance = in.optional("radiance"))
+      radiance->fail(
+          "radiance and file exclude each other: an environment is a colour or a picture");
+    out.image = reading.use_image(*file);
+    out.radiance = {1, 1, 1};
+  } else {
+    out.radiance = in.required("radiance").color(radiance_most);
+  }
+  out.strength = in.number_or("strength", 0, strength_most, out.strength);
+  out.rotation_degrees = in.number_or("rotation", -36000, 36000, 0);
   in.finish();
   return out;
 }
@@ -168,10 +179,14 @@ Scene read_scene(const Value& value, Reading& reading) {
   read_render(root, out.render);
   const auto include = root.optional("include");
   if (!include || root.has("camera") || root.has("cameras")) out.cameras = read_cameras(root);
-  out.environment = read_environment(root);
+  out.environment = read_environment(root, reading);
   if (const auto lights = root.optional("lights")) out.lights = read_lights(*lights);
+  if (const auto textures = root.optional("textures")) read_textures(*textures, reading);
   if (const auto materials = root.optional("materials"))
     reading.materials = read_materials(*materials);
+  // What is included has pictures and textures of its own, which come behind these.
+  out.images = std::move(reading.images);
+  out.textures = std::move(reading.textures);
   if (include) read_includes(*include, reading, out);
   if (const auto shapes = root.optional("shapes"))
     for (Shape& shape : read_shapes(*shapes, reading)) out.shapes.push_back(std::move(shape));

@@ -40,6 +40,7 @@ struct Texture {
   ColorSpace color_space = ColorSpace::srgb;
   Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
   bool nearest = false;  ///< magnified texels stay squares
+  bool operator==(const Texture&) const = default;
 };
 
 /// A texture as one input of a material uses it.

@@ -2,12 +2,14 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "common/scene/description.hpp"
 #include "worker/accel/accel.hpp"
 #include "worker/accel/buffer.hpp"
 #include "worker/render/bsdf/material.hpp"
+#include "worker/render/lights/environment_map.hpp"
 #include "worker/render/lights/light_table.hpp"
 #include "worker/render/ray.hpp"
 #include "worker/render/surface_detail.hpp"
@@ -68,6 +70,7 @@ struct Scene {
   std::vector<Placement> placements;  ///< 0 is the world's
   std::vector<CompiledMaterial> materials;
   TextureTable textures;
+  std::shared_ptr<const EnvironmentMap> environment_map;  ///< the environment's picture, if any
   LightTable lights;
   /// How far before a light's sampled point a shadow ray must end, so that the light does not hide
   /// itself: its rounding error.
@@ -82,10 +85,6 @@ struct Scene {
   bool moving = false;  ///< some position or transform has more than one time key
   std::vector<scene::Camera> cameras;
 
-  /// The environment's radiance along a direction; black where there is none.
-  [[nodiscard]] Color environment() const {
-    return lights.environment() == no_id ? Color{} : lights[lights.environment()].radiance;
-  }
   /// True if the scene has an environment, be it black: then a ray that leaves the scene sees
   /// something.
   bool has_environment = false;

@@ -11,6 +11,7 @@
 #include "worker/scene/arrange.hpp"
 #include "worker/scene/emitters.hpp"
 #include "worker/scene/merge.hpp"
+#include "worker/scene/textures.hpp"
 
 namespace tessera::worker {
 namespace {
@@ -93,15 +94,19 @@ render::Bounds3 bounds_of(const Extent& extent, const std::array<double, 3>& ori
   return bounds;
 }
 
-render::Light environment_light(const render::Bounds3& bounds, const render::Color& radiance) {
+render::Light environment_light(const render::Bounds3& bounds,
+                                const scene::Environment& environment,
+                                const render::EnvironmentMap* map) {
   render::EnvironmentLight shape;
+  shape.map = map;
   if (!bounds.empty()) {
     shape.center = (bounds.low + bounds.high) * 0.5F;
     shape.radius = std::max(0.5F * render::length(bounds.high - bounds.low), 1e-30F);
   }
   render::Light light;
   light.shape = shape;
-  light.radiance = radiance;
+  light.radiance =
+      render::to_color(environment.radiance) * static_cast<float>(environment.strength);
   return light;
 }
 
@@ -115,6 +120,7 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   for (const render::CompiledMaterial& material : out.materials) {
     out.has_gaps = out.has_gaps || material.has_opacity || material.back_culled;
   }
+  out.textures = load_textures(from);
   out.cameras = std::move(from.cameras);
 
   const Arrangement arrangement = arrange(from, out.materials);
@@ -144,8 +150,11 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   }
   if (from.environment) {
     out.has_environment = true;
-    const render::Color radiance = render::to_color(from.environment->radiance);
-    if (!render::is_black(radiance)) lights.push_back(environment_light(out.bounds, radiance));
+    const scene::Environment& environment = *from.environment;
+    if (environment.image) out.environment_map = load_environment(from);
+    const render::Light light =
+        environment_light(out.bounds, environment, out.environment_map.get());
+    if (!render::is_black(render::power(light))) lights.push_back(light);
   }
   for (const scene::PunctualLight& light : from.lights)
     lights.push_back(punctual_light(light, out.origin, out.bounds));

@@ -20,8 +20,8 @@ inline void add_environment(const Trace& trace, const PathState& path, float wei
   const std::uint32_t light = trace.scene.lights.environment();
   if (light == no_id) return;
   const Light& environment = trace.scene.lights[light];
-  record.add(path.throughput * environment.radiance * weight, path.first_lobe, path.depth,
-             environment.group);
+  record.add(path.throughput * emitted(environment, path.last_context, path.ray.direction) * weight,
+             path.first_lobe, path.depth, environment.group);
 }
 
 /// Adds what the surface that the path met emits, times `weight`.

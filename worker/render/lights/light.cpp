@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "worker/render/lights/environment_map.hpp"
 #include "worker/render/lights/shapes.hpp"
 
 namespace tessera::render {
@@ -79,6 +80,13 @@ double etendue_of(const DirectionalLight& light) {
   return pi_d * static_cast<double>(light.radius) * light.radius;
 }
 
+/// What the environment sends from `wi`, as a share of its light's radiance.
+Color share_along(const Light& light, const Vec3d& wi) {
+  const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
+  if (environment == nullptr || environment->map == nullptr) return gray(1);
+  return environment->map->radiance(wi);
+}
+
 template <class Flat>
 EmissionCone flat_cone(const Flat& flat, bool two_sided) {
   return {.axis = normalize(normal_of(flat)), .cos_theta_o = two_sided ? -1.0F : 1.0F};
@@ -109,7 +117,8 @@ LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
                  light.shape);
   return {.wi = to_float(drawn.wi),
           .distance = static_cast<float>(drawn.distance),
-          .radiance = delta ? light.radiance * static_cast<float>(drawn.scale) : light.radiance,
+          .radiance = delta ? light.radiance * static_cast<float>(drawn.scale)
+                            : light.radiance * share_along(light, drawn.wi),
           .pdf = pdf,
           .delta = delta,
           .instance = light.instance,
@@ -132,7 +141,7 @@ Color emitted(const Light& light, const LightContext& context, const Vec3& wi) {
   const bool front =
       light.two_sided ||
       std::visit([&](const auto& shape) { return faces(shape, context, wi); }, light.shape);
-  return front ? light.radiance : Color{};
+  return front ? light.radiance * share_along(light, to_double(wi)) : Color{};
 }
 
 Bounds3 bounds(const Light& light) {
@@ -147,7 +156,11 @@ EmissionCone cone(const Light& light) {
 Color power(const Light& light) {
   const double etendue =
       std::visit([](const auto& shape) { return etendue_of(shape); }, light.shape);
-  return light.radiance * static_cast<float>(light.two_sided ? 2 * etendue : etendue);
+  const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
+  const Color mean = environment != nullptr && environment->map != nullptr
+                         ? light.radiance * environment->map->mean()
+                         : light.radiance;
+  return mean * static_cast<float>(light.two_sided ? 2 * etendue : etendue);
 }
 
 }  // namespace tessera::render

@@ -27,10 +27,12 @@ struct SphereLight {
   Vec3 center;
   float radius = 1;
 };
-/// Constant, from every direction, infinitely far.
+class EnvironmentMap;
+/// From every direction, infinitely far: constant, or a picture's times the light's radiance.
 struct EnvironmentLight {
   Vec3 center;       ///< of the scene
   float radius = 1;  ///< of a sphere around the scene: what it sends through that is its power
+  const EnvironmentMap* map = nullptr;  ///< Scene::environment_map, or none
 };
 /// These three have no size: sample() gives the one direction there is, and `delta` says that no
 /// ray finds it. Their `radiance` is intensity (W·sr⁻¹) or, of the last, irradiance (W·m⁻²).

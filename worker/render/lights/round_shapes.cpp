@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "worker/render/frame.hpp"
+#include "worker/render/lights/environment_map.hpp"
 #include "worker/render/lights/shapes.hpp"
 #include "worker/render/warp.hpp"
 
@@ -59,9 +60,13 @@ double pdf_shape(const SphereLight& light, bool two_sided, const LightContext& c
   return 1 / (2 * pi_d * sphere.cap_height());
 }
 
-ShapeSample sample_shape(const EnvironmentLight& /*environment*/, bool /*two_sided*/,
+ShapeSample sample_shape(const EnvironmentLight& environment, bool /*two_sided*/,
                          const LightContext& context, Vec2 u) {
   const double far = std::numeric_limits<double>::infinity();
+  if (environment.map != nullptr) {
+    const EnvironmentMap::Drawn drawn = environment.map->sample(u);
+    return {.wi = drawn.direction, .distance = far, .pdf = drawn.pdf};
+  }
   if (context.n == Vec3{}) {
     return {.wi = to_double(square_to_sphere(u)),
             .distance = far,
@@ -73,8 +78,9 @@ ShapeSample sample_shape(const EnvironmentLight& /*environment*/, bool /*two_sid
           .pdf = static_cast<double>(cosine_hemisphere_pdf(local))};
 }
 
-double pdf_shape(const EnvironmentLight& /*environment*/, bool /*two_sided*/,
+double pdf_shape(const EnvironmentLight& environment, bool /*two_sided*/,
                  const LightContext& context, const LightHit& hit) {
+  if (environment.map != nullptr) return environment.map->pdf(to_double(hit.wi));
   if (context.n == Vec3{}) return static_cast<double>(sphere_pdf());
   return static_cast<double>(cosine_hemisphere_pdf({0, 0, dot(context.n, hit.wi)}));
 }

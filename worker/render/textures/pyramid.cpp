@@ -99,7 +99,7 @@ std::vector<Texel> halved(int width, int height, Get get) {
 
 }  // namespace
 
-Pyramid::Pyramid(image::Texels&& picture, scene::ColorSpace space)
+Pyramid::Pyramid(image::Texels&& picture, scene::ColorSpace space, Levels levels)
     : channels_(picture.channels), format_(picture.format) {
   assert(picture.width > 0 && picture.height > 0 && channels_ >= 1 && channels_ <= 4);
   if (image::is_integer(format_)) {
@@ -108,7 +108,7 @@ Pyramid::Pyramid(image::Texels&& picture, scene::ColorSpace space)
   }
   levels_.push_back({picture.width, picture.height, std::move(picture.bytes)});
   find_mean();
-  add_levels();
+  if (levels == Levels::all) add_levels();
 }
 
 Texel Pyramid::texel(const Level& level, int x, int y) const {

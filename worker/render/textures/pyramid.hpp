@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "common/image/texels.hpp"
@@ -21,9 +22,11 @@ class Pyramid {
     std::vector<std::byte> bytes;
   };
 
+  enum class Levels : std::uint8_t { all, first };
+
   /// Makes the levels with the calling arena's threads; the bits do not depend on them. `space`
   /// says what integer texels mean.
-  Pyramid(image::Texels&& picture, scene::ColorSpace space);
+  Pyramid(image::Texels&& picture, scene::ColorSpace space, Levels levels = Levels::all);
 
   [[nodiscard]] int levels() const { return static_cast<int>(levels_.size()); }
   [[nodiscard]] const Level& level(int number) const {
