@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -41,15 +42,44 @@ std::uint64_t find_worker(const Json& answer, const std::string& text) {
   throw Error(ErrorKind::not_found, unknown_name("worker", text, known));
 }
 
-int change_workers(const Settings& settings, const std::vector<std::string>& workers,
-                   const Json& body) {
+std::string name_of_worker(const Json& answer, const std::string& text, bool absent_too) {
+  std::vector<std::string> names;
+  std::string numbered;
+  ObjectReader in(answer, "");
+  try {
+    for (const Json& worker : in.required("workers")) {
+      names.push_back(worker.at("name").get<std::string>());
+      if (std::to_string(worker.at("id").get<std::uint64_t>()) == text) numbered = names.back();
+    }
+    if (absent_too)
+      for (const Json& one : in.required("quarantines"))
+        names.push_back(one.at("name").get<std::string>());
+  } catch (const Json::exception& odd) {
+    throw Error(ErrorKind::failed,
+                fmt::format("the server's list of workers cannot be read: {}", odd.what()));
+  }
+  if (!numbered.empty()) return numbered;
+  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
+  if (names.empty())
+    throw Error(ErrorKind::not_found,
+                fmt::format("there is no worker \"{}\": none is connected{}", excerpt(text),
+                            absent_too ? " or quarantined" : ""));
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  throw Error(ErrorKind::not_found, unknown_name("worker", text, known));
+}
+
+namespace {
+
+/// One after another; what goes wrong with one is said.
+int change_each_worker(
+    const Settings& settings, const std::vector<std::string>& workers,
+    const std::function<Json(Server&, const Json&, const std::string&)>& change) {
   Server server(settings);
   const Json connected = server.get("/v1/workers");
   int code = 0;
   for (const std::string& worker : workers) {
     try {
-      const Json answer =
-          server.patch(fmt::format("/v1/workers/{}", find_worker(connected, worker)), body);
+      const Json answer = change(server, connected, worker);
       if (settings.json) print_json(answer);
     } catch (const Error& error) {
       if (error.kind() == ErrorKind::unreachable) throw;
@@ -58,6 +88,24 @@ int change_workers(const Settings& settings, const std::vector<std::string>& wor
     }
   }
   return code;
+}
+
+}  // namespace
+
+int change_names(const Settings& settings, const std::vector<std::string>& workers, bool absent_too,
+                 const std::function<Json(Server&, const std::string& name)>& change) {
+  return change_each_worker(settings, workers,
+                            [&](Server& server, const Json& connected, const std::string& worker) {
+                              return change(server, name_of_worker(connected, worker, absent_too));
+                            });
+}
+
+int change_workers(const Settings& settings, const std::vector<std::string>& workers,
+                   const Json& body) {
+  return change_each_worker(
+      settings, workers, [&](Server& server, const Json& connected, const std::string& worker) {
+        return server.patch(fmt::format("/v1/workers/{}", find_worker(connected, worker)), body);
+      });
 }
 
 }  // namespace tessera::client

@@ -76,6 +76,8 @@ struct QuarantineOptions {
 int quarantine(const Settings& settings, const QuarantineOptions& options);
 int release(const Settings& settings, const std::vector<std::string>& workers);
 int cancel(const Settings& settings, const std::vector<JobId>& jobs);
+/// Jobs that have ended, and their pictures.
+int purge(const Settings& settings, const std::vector<JobId>& jobs);
 int pause(const Settings& settings, const std::vector<JobId>& jobs);
 int resume(const Settings& settings, const std::vector<JobId>& jobs);
 

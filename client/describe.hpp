@@ -32,4 +32,9 @@ struct Line {
 /// has run.
 void describe(CLI::App& app, Line& line);
 
+// ---- describe_jobs.cpp ----
+/// render, wedge, submit.
+void describe_jobs(CLI::App& app, Line& line);
+void add_frames(CLI::App& command, std::optional<std::string>& frames, const char* about);
+
 }  // namespace tessera::client

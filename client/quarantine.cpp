@@ -2,13 +2,17 @@
 
 #include "client/change_worker.hpp"
 #include "client/commands.hpp"
+#include "common/net/http_client.hpp"
 
 namespace tessera::client {
 
 int quarantine(const Settings& settings, const QuarantineOptions& options) {
-  Json body = {{"state", "quarantined"}};
+  Json body = Json::object();
   if (!options.reason.empty()) body["reason"] = options.reason;
-  return change_workers(settings, options.workers, body);
+  return change_names(settings, options.workers, false,
+                      [&](Server& server, const std::string& name) {
+                        return server.put("/v1/quarantines/" + net::url_encoded(name), body);
+                      });
 }
 
 }  // namespace tessera::client

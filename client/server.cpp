@@ -126,6 +126,10 @@ Json Server::post_once(const std::string& target, const Json& body, const std::s
   return json_of(send(std::move(request)), target);
 }
 
+Json Server::put(const std::string& target, const Json& body) {
+  return json_of(send(json_request("PUT", target, body)), target);
+}
+
 Json Server::patch(const std::string& target, const Json& body) {
   return json_of(send(json_request("PATCH", target, body)), target);
 }

@@ -26,6 +26,7 @@ class Server {
   Json post(const std::string& target, const Json& body);
   /// The same under an idempotency key, so that it may be repeated where an answer was lost.
   Json post_once(const std::string& target, const Json& body, const std::string& key);
+  Json put(const std::string& target, const Json& body);
   Json patch(const std::string& target, const Json& body);
   Json remove(const std::string& target);
   /// The body goes to `sink` piece by piece.

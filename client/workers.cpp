@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "client/commands.hpp"
 #include "client/print.hpp"
@@ -8,6 +9,7 @@
 #include "client/server.hpp"
 #include "client/table.hpp"
 #include "common/base/error.hpp"
+#include "common/base/names.hpp"
 
 namespace tessera::client {
 
@@ -24,17 +26,28 @@ int workers(const Settings& settings) {
                {"THREADS", right},
                {"TASKS", right},
                {"SAMPLES/S", right},
-               {"NAME"}},
+               {"NAME"},
+               {"REASON"}},
               {}};
   ObjectReader in(answer, "");
   try {
-    for (const Json& worker : in.required("workers"))
+    std::set<std::string> here;
+    for (const Json& worker : in.required("workers")) {
+      const auto name = worker.at("name").get<std::string>();
+      const Json& reason = worker.at("reason");
+      here.insert(name);
       table.rows.push_back({std::to_string(worker.at("id").get<std::uint64_t>()),
                             worker.at("state").get<std::string>(),
                             std::to_string(worker.at("threads").get<int>()),
                             std::to_string(worker.at("tasks_done").get<std::int64_t>()),
-                            count_text(worker.at("samples_per_second").get<double>()),
-                            worker.at("name").get<std::string>()});
+                            count_text(worker.at("samples_per_second").get<double>()), name,
+                            reason.is_null() ? "" : excerpt(reason.get<std::string>())});
+    }
+    // Names that are kept from work, and of which no worker is connected.
+    for (const Json& one : in.required("quarantines"))
+      if (const auto name = one.at("name").get<std::string>(); !here.contains(name))
+        table.rows.push_back({"-", "quarantined", "-", "-", "-", name,
+                              excerpt(one.at("reason").get<std::string>())});
   } catch (const Json::exception& odd) {
     throw Error(ErrorKind::failed,
                 fmt::format("the server's list of workers cannot be read: {}", odd.what()));

@@ -65,7 +65,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--name", options.name,
-                 "for people; the host's name and the process number unless given");
+                 "for people, and what a quarantine goes by; the host's name unless given");
   app.add_option("--cache", options.cache,
                  "folder for scenes' files, which workers may share (default: ~/.cache/tessera)");
   app.add_option("--cache-size", options.cache_gib, "most that the cache keeps, GiB")
@@ -107,8 +107,7 @@ int work(const Options& options) {
   agent::AgentSettings settings;
   settings.server = net::parse_address(options.server, net::default_worker_port);
   settings.token = options.token;
-  settings.name =
-      options.name.empty() ? host_name() + "-" + std::to_string(::getpid()) : options.name;
+  settings.name = options.name.empty() ? host_name() : options.name;
   if (!is_plain_name(settings.name))
     throw Error(ErrorKind::bad_input, "--name: expected 1 to 128 bytes without control characters");
   settings.cache = options.cache.empty() ? default_cache() : std::filesystem::path(options.cache);

@@ -3,13 +3,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <map>
 #include <mutex>
-#include <set>
 #include <utility>
 
-#include "common/assets/pin_board.hpp"
+#include "common/assets/blob_state.hpp"
 #include "common/base/error.hpp"
 #include "common/base/file.hpp"
 #include "common/base/files.hpp"
@@ -36,33 +33,6 @@ void check_size(const Digest& digest, std::uint64_t size) {
 }
 }  // namespace
 
-struct BlobStore::State {
-  State(fs::path at, bool safe) : folder(std::move(at)), durable(safe), pins(folder) {}
-
-  fs::path folder;
-  bool durable;
-  std::mutex mutex;  ///< guards `busy`
-  std::map<Digest, std::shared_ptr<std::mutex>>
-      busy;  ///< one upload at a time may write a partial file
-  PinBoard pins;
-
-  [[nodiscard]] fs::path path(const Digest& digest) const {
-    const std::string hex = digest.hex();
-    return folder / hex.substr(0, 2) / hex.substr(2);
-  }
-  [[nodiscard]] fs::path partial(const Digest& digest) const {
-    return folder / "partial" / digest.hex();
-  }
-  struct Entry {
-    fs::file_time_type used;
-    Digest digest;
-    std::uint64_t size;
-  };
-  [[nodiscard]] std::vector<Entry> entries() const;
-  std::shared_ptr<std::mutex> mutex_of(const Digest& digest);
-  void give_name(const fs::path& from, const Digest& digest) const;
-};
-
 std::shared_ptr<std::mutex> BlobStore::State::mutex_of(const Digest& digest) {
   const std::lock_guard lock(mutex);
   std::erase_if(busy, [](const auto& entry) { return entry.second.use_count() == 1; });
@@ -73,11 +43,11 @@ std::shared_ptr<std::mutex> BlobStore::State::mutex_of(const Digest& digest) {
 
 void BlobStore::State::give_name(const fs::path& from, const Digest& digest) const {
   const fs::path to = path(digest);
-  const bool made = fs::create_directory(to.parent_path());
   std::error_code error;
-  fs::rename(from, to, error);
+  const bool made = fs::create_directory(to.parent_path(), error);
+  if (!error) fs::rename(from, to, error);
   if (error)
-    throw Error(ErrorKind::failed, fmt::format("cannot rename the file: {}", error.message()),
+    throw Error(kind_of(error), fmt::format("cannot rename the file: {}", error.message()),
                 {.file = from.string()});
   if (!durable) return;
   sync_folder(to.parent_path());
@@ -162,7 +132,7 @@ void BlobStore::finish(const Digest& digest) {
   const std::lock_guard lock(*mutex);
   const fs::path partial = state_->partial(digest);
   std::error_code ignored;
-  if (has(digest)) {
+  if (renew(digest)) {
     fs::remove(partial, ignored);
     return;
   }
@@ -172,6 +142,7 @@ void BlobStore::finish(const Digest& digest) {
     fs::remove(partial, ignored);
     wrong_digest(digest, found);
   }
+  fs::last_write_time(partial, fs::file_time_type::clock::now(), ignored);  // whole as of now
   if (state_->durable) file.sync();
   state_->give_name(partial, digest);
 }
@@ -188,7 +159,7 @@ void BlobStore::remove_partials(std::int64_t older_than_seconds) {
 
 Digest BlobStore::put(std::span<const std::byte> bytes) {
   const Digest digest = digest_of(bytes);
-  if (has(digest)) return digest;
+  if (renew(digest)) return digest;
   Writer out = writer(digest);
   out.write(bytes);
   out.commit();
@@ -240,84 +211,6 @@ void BlobStore::Writer::commit() {
   if (state_->store.durable) state_->file.sync();
   state_->store.give_name(state_->name, state_->digest);
   state_->done = true;
-}
-
-// ---- a cache ----
-BlobStore::Pin::~Pin() { store_.state_->pins.unpin(number_); }
-
-std::unique_ptr<BlobStore::Pin> BlobStore::pin(std::vector<Digest> digests) {
-  touch(digests);
-  return std::unique_ptr<Pin>(new Pin(*this, state_->pins.pin(std::move(digests))));
-}
-
-std::vector<BlobStore::State::Entry> BlobStore::State::entries() const {
-  std::vector<Entry> found;
-  for (const fs::directory_entry& folder_entry : fs::directory_iterator(folder)) {
-    const std::string begin = folder_entry.path().filename().string();
-    if (begin.size() != 2 || !folder_entry.is_directory()) continue;
-    for (const fs::directory_entry& file : fs::directory_iterator(folder_entry.path())) {
-      const auto digest = Digest::from_hex(begin + file.path().filename().string());
-      std::error_code error;
-      const std::uintmax_t size = file.file_size(error);
-      const auto used = file.last_write_time(error);
-      if (digest && !error) found.push_back({.used = used, .digest = *digest, .size = size});
-    }
-  }
-  return found;
-}
-
-std::uint64_t BlobStore::evict(std::uint64_t most) {
-  const auto held = state_->pins.hold();  // nobody pins meanwhile
-  using Entry = State::Entry;
-  std::vector<Entry> entries = state_->entries();
-  std::uint64_t total = 0;
-  for (const Entry& entry : entries) total += entry.size;
-  if (total <= most) return total;
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return std::pair(a.used, a.digest) < std::pair(b.used, b.digest);
-  });
-  const std::set<Digest> pinned = held.pinned();
-  for (const Entry& entry : entries) {
-    if (total <= most) break;
-    if (pinned.contains(entry.digest)) continue;
-    std::error_code error;
-    if (fs::remove(path(entry.digest), error)) total -= entry.size;
-  }
-  return total;
-}
-
-// ---- a server's store ----
-void BlobStore::touch(std::span<const Digest> digests) {
-  for (const Digest& digest : digests) {
-    std::error_code ignored;  // those that are not here yet have no time
-    fs::last_write_time(path(digest), fs::file_time_type::clock::now(), ignored);
-  }
-}
-
-std::uint64_t BlobStore::bytes() const {
-  std::uint64_t total = 0;
-  for (const State::Entry& entry : state_->entries()) total += entry.size;
-  for (const char* part : {"partial", "tmp"})
-    for (const fs::directory_entry& entry : fs::directory_iterator(state_->folder / part)) {
-      std::error_code error;
-      const std::uintmax_t size = entry.file_size(error);
-      if (!error) total += size;
-    }
-  return total;
-}
-
-std::uint64_t BlobStore::collect(const std::set<Digest>& needed, std::int64_t older_than_seconds) {
-  const auto held = state_->pins.hold();  // nobody pins meanwhile
-  const std::set<Digest> pinned = held.pinned();
-  const auto limit = fs::file_time_type::clock::now() - std::chrono::seconds(older_than_seconds);
-  std::uint64_t removed = 0;
-  for (const State::Entry& entry : state_->entries()) {
-    if (entry.used > limit || needed.contains(entry.digest) || pinned.contains(entry.digest))
-      continue;
-    std::error_code error;
-    if (fs::remove(path(entry.digest), error)) removed += entry.size;
-  }
-  return removed;
 }
 
 }  // namespace tessera::assets

@@ -97,8 +97,11 @@ class BlobStore {
   std::uint64_t evict(std::uint64_t most);
 
   // ---- a server's store: what nobody needs goes ----
-  /// Marks those that are here as used now.
+  /// Marks those that are here as used now: what is there afterwards is not collected for as long
+  /// as what was just uploaded.
   void touch(std::span<const Digest> digests);
+  /// … one, and gives its size; nullopt if it is not here.
+  std::optional<std::uint64_t> renew(const Digest& digest);
   /// Bytes of all blobs and partial uploads.
   [[nodiscard]] std::uint64_t bytes() const;
   /// Removes the blobs that are not among `needed`, not pinned by any process, and were not used,

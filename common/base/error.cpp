@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+
 namespace tessera {
 
 std::string Place::text() const {
@@ -25,6 +27,15 @@ Error::Error(ErrorKind kind, std::string message, Place place)
       place_(std::move(place)),
       message_(std::move(message)) {}
 
+ErrorKind kind_of(const std::error_code& error) {
+  if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory)
+    return ErrorKind::not_found;
+  const bool full = error == std::errc::no_space_on_device ||
+                    error == std::error_code(EDQUOT, std::generic_category()) ||
+                    error == std::error_code(EDQUOT, std::system_category());
+  return full ? ErrorKind::no_room : ErrorKind::failed;
+}
+
 int exit_code(ErrorKind kind) {
   switch (kind) {
     case ErrorKind::bad_input:
@@ -36,6 +47,7 @@ int exit_code(ErrorKind kind) {
       return 4;
     case ErrorKind::not_found:
     case ErrorKind::conflict:
+    case ErrorKind::no_room:
     case ErrorKind::failed:
       break;
   }

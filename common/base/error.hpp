@@ -2,6 +2,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace tessera {
 
@@ -25,8 +26,12 @@ enum class ErrorKind {
   conflict,     ///< does not fit the present state: exit 1, HTTP 409
   too_large,    ///< beyond a limit: exit 2, HTTP 413
   unreachable,  ///< a server that does not answer: exit 3
+  no_room,      ///< a disk is full, or as full as it may be: exit 1, HTTP 507
   failed,       ///< the thing was tried and failed (disk, device): exit 1, HTTP 500
 };
+
+/// What the system says of a file: not_found, no_room or failed.
+ErrorKind kind_of(const std::error_code& error);
 
 /// The one exception type that crosses folders. what() is a whole sentence that a person can act
 /// on: the place, what was wrong, what was expected.

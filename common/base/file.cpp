@@ -17,9 +17,8 @@ namespace tessera {
 namespace {
 
 [[noreturn]] void throw_for(const std::filesystem::path& path, const char* what, int code) {
-  const ErrorKind kind =
-      code == ENOENT || code == ENOTDIR ? ErrorKind::not_found : ErrorKind::failed;
-  throw Error(kind, fmt::format("cannot be {}: {}", what, std::generic_category().message(code)),
+  const std::error_code error(code, std::generic_category());
+  throw Error(kind_of(error), fmt::format("cannot be {}: {}", what, error.message()),
               {.file = path.string()});
 }
 

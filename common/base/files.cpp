@@ -53,7 +53,7 @@ void write_file_atomically(const fs::path& named, std::span<const std::byte> byt
     out.write_at(bytes, 0);
     out.sync();
     fs::rename(temporary, file, problem);
-    if (problem) throw Error(ErrorKind::failed, "cannot be renamed to: " + problem.message());
+    if (problem) throw Error(kind_of(problem), "cannot be renamed to: " + problem.message());
   } catch (const Error& error) {
     fs::remove(temporary, problem);
     fail(error, named);

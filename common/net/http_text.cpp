@@ -28,6 +28,8 @@ ErrorKind kind_of(int status) {
     case 400:
     case 422:
       return ErrorKind::bad_input;
+    case 507:
+      return ErrorKind::no_room;
     default:
       return ErrorKind::failed;
   }

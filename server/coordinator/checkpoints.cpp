@@ -38,7 +38,7 @@ void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::compact(JobId id, std::int32_t frame) {
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   films_.hold(id, frame, true);
   bool failed = false;
   try {
@@ -67,8 +67,39 @@ boost::asio::awaitable<void> CoordinatorImpl::make_checkpoint(JobId id, std::int
     return write_checkpoint(*store_, id, frame, *shared);
   };
   const Checkpoint made = co_await on<Checkpoint>(checkpoints_, write);
-  co_await put_checkpoint(made);
+  shared.reset();
+  const auto wanted = [&] { return !crew_.stopping() && !known(id).ending; };
+  Duration wait = retry_first;
+  while (!co_await try_to_put(made)) {
+    if (wanted()) co_await crew_.pause(wait);
+    if (!wanted()) co_return co_await discard_checkpoint(made);
+    wait = std::min(2 * wait, retry_most);
+  }
   films_.checkpointed(made);
+}
+
+boost::asio::awaitable<bool> CoordinatorImpl::try_to_put(Checkpoint made) {
+  try {
+    co_await put_checkpoint(made);
+  } catch (const std::exception& error) {
+    log::error("job {} frame {}: its film, which is written, could not be kept: {}", made.job,
+               made.frame, error.what());
+    co_return false;
+  }
+  co_return true;
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::discard_checkpoint(Checkpoint made) {
+  const std::function<char()> discard = [this, made] {
+    store_->discard_checkpoint(made);
+    return char{};
+  };
+  try {
+    co_await on_writer<char>(discard);
+  } catch (const std::exception& error) {
+    log::warn("a film that is needed no more is not removed: {}; the next start tries again",
+              error.what());
+  }
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
@@ -82,7 +113,7 @@ boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
 
 boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
     JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   while (known(id).checkpointing.contains(frame)) co_await files_changed_.wait();
   known(id).checkpointing.insert(frame);
   Duration wait = retry_first;
@@ -91,12 +122,14 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
     return !crew_.stopping() && (!is_end(state) || state == "done");
   };
   bool settled = false;
+  const auto made = std::make_shared<std::optional<Checkpoint>>();
   while (!settled && wanted()) {
-    settled = co_await try_to_settle(id, frame, film);
+    settled = co_await try_to_settle(id, frame, film, made);
     if (settled) break;
     co_await crew_.pause(wait);
     wait = std::min(2 * wait, retry_most);
   }
+  if (!settled && *made) co_await discard_checkpoint(**made);
   Job& job = known(id);
   job.checkpointing.erase(frame);
   // What stop() has cut short the next start goes on with, from the results.
@@ -105,7 +138,9 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
 }
 
 boost::asio::awaitable<bool> CoordinatorImpl::try_to_settle(
-    JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
+    JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film,
+    std::shared_ptr<std::optional<Checkpoint>> made) {
+  if (*made) co_return co_await try_to_put(**made);
   SettleInput input;
   input.job = id;
   input.frame = frame;
@@ -117,15 +152,15 @@ boost::asio::awaitable<bool> CoordinatorImpl::try_to_settle(
         *store_, input, [this] { return stopped_.load(); }, *unreadable);
   };
   try {
-    const auto made = co_await on<std::optional<Checkpoint>>(checkpoints_, make);
-    if (made) co_await put_checkpoint(*made);
+    *made = co_await on<std::optional<Checkpoint>>(checkpoints_, make);
   } catch (const std::exception& error) {
     if (crew_.stopping()) co_return false;
     log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
     // The picture is written. Should samples be added, they are all rendered anew.
     co_return *unreadable;
   }
-  co_return true;
+  if (!*made) co_return true;
+  co_return co_await try_to_put(**made);
 }
 
 void CoordinatorImpl::settle_what_is_left(Job& job, const JobContent& content) {
@@ -137,7 +172,7 @@ void CoordinatorImpl::settle_what_is_left(Job& job, const JobContent& content) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_settled(JobId id) {
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   while (!known(id).unsettled.empty() && !crew_.stopping()) co_await files_changed_.wait();
   const Job& job = known(id);
   if (!job.unsettled.empty()) co_return;       // the next start goes on

@@ -83,12 +83,7 @@ struct JobStatus {
   };
   std::vector<Share> shares;                ///< by worker, most first
   std::vector<std::int64_t> extended_from;  ///< samples it had before, oldest first
-};
-
-/// Nothing new is taken, for the disk has no room; what() says the numbers.
-class NoRoom : public Error {
- public:
-  explicit NoRoom(std::string message) : Error(ErrorKind::failed, std::move(message)) {}
+  std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
 };
 
 /// What is kept, bytes; of films, what is in memory.
@@ -120,7 +115,7 @@ struct Picture {
 /// Something that listeners are told of; `data` is a JSON object.
 struct Event {
   std::uint64_t number = 0;
-  std::string type;  ///< "job", "frame" (a new version of a picture), "worker"
+  std::string type;  ///< "job", "frame" (a new version of a picture), "removed" (a job), "worker"
   JobId job = 0;     ///< 0 for events of no job
   std::string data;
 };
@@ -166,7 +161,8 @@ class Coordinator {
 
   // ---- people's side ----
   /// Durable when it resumes. Throws Error{bad_input} for a spec that check() refuses,
-  /// Error{conflict} if the bundle or a blob that it names is not in the blob store.
+  /// Error{conflict} if the bundle or a blob that it names is not in the blob store, Error{no_room}
+  /// where the disk is full or holds as much as it may.
   virtual boost::asio::awaitable<JobId> submit(JobSpec spec) = 0;
   /// The same under an idempotency key. Where it was used before, also before a restart, no job is
   /// made, and the one that was is given.
@@ -179,6 +175,8 @@ class Coordinator {
   [[nodiscard]] virtual std::optional<JobStatus> job(JobId id) const = 0;
   /// Each throws Error{not_found}, or Error{conflict} where the job's state does not allow it.
   virtual boost::asio::awaitable<void> cancel(JobId id) = 0;
+  /// Nothing is left of a job that has ended, nor of its pictures. Durable when it resumes.
+  virtual boost::asio::awaitable<void> purge(JobId id) = 0;
   virtual boost::asio::awaitable<void> pause(JobId id) = 0;
   virtual boost::asio::awaitable<void> resume(JobId id) = 0;
   /// All of it or, if anything of it is wrong (Error{bad_input}), nothing.
@@ -217,9 +215,13 @@ class Coordinator {
   [[nodiscard]] virtual std::vector<WorkerView> workers() const = 0;
   /// It finishes what it holds, and leaves.
   virtual void drain_worker(WorkerId worker) = 0;
-  /// It is granted nothing until it is released, also when it comes back; what it holds is revoked.
-  virtual void quarantine_worker(WorkerId worker, const std::string& reason) = 0;
-  virtual void release_worker(WorkerId worker) = 0;
+  /// Workers of this name are granted nothing until they are released, those too that come later,
+  /// also after a restart; what they hold is revoked. Durable when it resumes.
+  virtual boost::asio::awaitable<void> quarantine(std::string name, std::string reason) = 0;
+  /// Nothing happens if they are not quarantined. Durable when it resumes.
+  virtual boost::asio::awaitable<void> release(std::string name) = 0;
+  /// By name; those too of which no worker is here.
+  [[nodiscard]] virtual std::vector<Quarantine> quarantines() const = 0;
   [[nodiscard]] virtual std::uint64_t epoch() const = 0;
 
   // ---- sessions' side: called on the I/O thread ----

@@ -30,7 +30,7 @@ std::string message_of(const std::exception_ptr& error) {
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   // Before the file: a start that finds it must not take it for one of all the samples.
   if (known(id).shortened && !co_await save_surely(id)) co_return;
   Duration wait = retry_first;
@@ -79,7 +79,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
   Job& job = known(id);
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   while (job.files.size() < job.plan->spec.frames.count() && !crew_.stopping() && !job.broken)
     co_await files_changed_.wait();
   if (crew_.stopping() || job.broken) co_return;
@@ -98,7 +98,7 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
 boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string state,
                                                           std::string error) {
   Job& job = known(id);
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   if (job.record.state != state) {
     const JobRecord end = job.end_record(state, error, now(), unix_millis_now());
     job.end = end;
@@ -200,7 +200,7 @@ void CoordinatorImpl::keep(Job& job) {
 
 boost::asio::awaitable<void> CoordinatorImpl::keep_record(JobId id) {
   Job& job = known(id);
-  const AtWork working(*this, id);
+  const AtWork working = at_work(id);
   // Set anew by what is taken back while this is being kept.
   while (job.unsaved && !crew_.stopping()) {
     job.unsaved = false;

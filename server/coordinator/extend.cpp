@@ -17,6 +17,9 @@ Instant now() { return std::chrono::steady_clock::now(); }
 
 constexpr Duration retry_first = std::chrono::milliseconds(100);
 constexpr Duration retry_most = std::chrono::seconds(10);
+/// Who asked is answered after so long if the disk holds it up.
+constexpr Duration patience = std::chrono::seconds(20);
+constexpr Duration look = std::chrono::milliseconds(10);
 
 /// The record as it is to go on with more samples.
 JobRecord extended(const Job& job, std::int64_t samples) {
@@ -34,13 +37,23 @@ JobRecord extended(const Job& job, std::int64_t samples) {
 
 void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) const {
   const JobId id = job.record.id;
-  if (job.extending)
-    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
+  if (job.extending || job.removing)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} is just being {}", id, job.removing ? "removed" : "extended"));
   const std::string state = status_of(job).view.state;
-  if (state == "failed" || state == "cancelled" || job.broken)
+  if (job.broken)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} cannot be extended, for what it has could not be read back: {}",
+                            id, job.unreadable));
+  if (state == "failed" || state == "cancelled")
     throw Error(ErrorKind::conflict,
                 fmt::format("job {} has {}: only one that is done or under way can be extended", id,
                             state == "cancelled" ? "been cancelled" : "failed"));
+  if (const auto damage = store_->damage().find(id); damage != store_->damage().end())
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} cannot be extended: {}. Its pictures stand; put the file back "
+                            "and start the server again, or submit the scene with {} samples",
+                            id, damage->second, samples));
   const std::int64_t present = job.plan->spec.render.samples;
   if (samples <= present)
     throw Error(ErrorKind::bad_input,
@@ -54,17 +67,42 @@ void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) cons
 
 boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samples) {
   check_extension(known(id), samples);
+  if (!refused_.empty())
+    throw Error(ErrorKind::unreachable,
+                fmt::format("the disk refuses what is to be kept, and takes no more samples before "
+                            "it takes that: {}",
+                            refused_));
   known(id).extending = true;
-  std::exception_ptr error;
+  const auto outcome = std::make_shared<Extension>();
+  crew_.start("an extension", run_extension(id, samples, outcome));
+  const Instant most = now() + patience;
+  while (!outcome->over && !stopping_) {
+    const Job& job = known(id);
+    const std::string& trouble = refused_.empty() ? job.trouble : refused_;
+    if (now() > most && !trouble.empty())
+      throw Error(
+          ErrorKind::unreachable,
+          fmt::format("job {} goes on to {} samples as soon as the disk takes what is to be "
+                      "kept, which it refuses: {}",
+                      id, samples, trouble));
+    co_await crew_.pause(look);
+  }
+  if (!outcome->over) throw Error(ErrorKind::unreachable, "the coordinator stops");
+  if (outcome->error) std::rethrow_exception(outcome->error);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::run_extension(JobId id, std::int64_t samples,
+                                                            std::shared_ptr<Extension> outcome) {
   try {
     co_await extend_checked(id, samples);
-  } catch (const std::exception&) {
-    error = std::current_exception();
+  } catch (const std::exception& error) {
+    outcome->error = std::current_exception();
+    log::warn("job {} is not extended: {}", id, error.what());
   }
   // A coordinator that stops leaves it so: the scheduler's word on the job is not its state.
   if (!stopping_) known(id).extending = false;
+  outcome->over = true;
   files_changed_.notify();
-  if (error) std::rethrow_exception(error);
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int64_t samples) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/assets/blob_store.hpp"
+#include "server/coordinator/at_work.hpp"
 #include "server/coordinator/budget.hpp"
 #include "server/coordinator/coordinator.hpp"
 #include "server/coordinator/crew.hpp"
@@ -43,6 +44,7 @@ class CoordinatorImpl : public Coordinator {
   [[nodiscard]] std::vector<JobStatus> jobs() const override;
   [[nodiscard]] std::optional<JobStatus> job(JobId id) const override;
   boost::asio::awaitable<void> cancel(JobId id) override;
+  boost::asio::awaitable<void> purge(JobId id) override;
   boost::asio::awaitable<void> pause(JobId id) override;
   boost::asio::awaitable<void> resume(JobId id) override;
   boost::asio::awaitable<void> change(JobId id, JobChange change) override;
@@ -69,8 +71,9 @@ class CoordinatorImpl : public Coordinator {
   [[nodiscard]] std::string trouble() const override { return refused_; }
   [[nodiscard]] std::vector<WorkerView> workers() const override;
   void drain_worker(WorkerId worker) override;
-  void quarantine_worker(WorkerId worker, const std::string& reason) override;
-  void release_worker(WorkerId worker) override;
+  boost::asio::awaitable<void> quarantine(std::string name, std::string reason) override;
+  boost::asio::awaitable<void> release(std::string name) override;
+  [[nodiscard]] std::vector<Quarantine> quarantines() const override;
   [[nodiscard]] std::uint64_t epoch() const override { return store_->epoch(); }
   WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) override;
   void worker_heard(WorkerId worker) override;
@@ -93,46 +96,7 @@ class CoordinatorImpl : public Coordinator {
     std::set<JobId> told;  ///< jobs whose spec was sent over this connection
   };
 
-  /// Counts a coroutine that ends or keeps something of the job, as long as it lives.
-  class AtWork {
-   public:
-    AtWork(CoordinatorImpl& of, JobId job)
-        : alive_(of.alive_), job_(of.known(job)), changed_(of.files_changed_) {
-      ++job_.at_work;
-    }
-    /// A coordinator that is destroyed without stop() may be gone before its coroutines are.
-    ~AtWork() {
-      if (!alive()) return;
-      --job_.at_work;
-      changed_.notify();
-    }
-    [[nodiscard]] bool alive() const { return !alive_.expired(); }
-    AtWork(const AtWork&) = delete;
-    AtWork& operator=(const AtWork&) = delete;
-
-   private:
-    std::weak_ptr<const char> alive_;
-    Job& job_;
-    Signal& changed_;
-  };
-
-  /// A change of the job's record that somebody asked for, as long as it lives; the next waits, so
-  /// that what one takes back is what stood before it.
-  class Changing {
-   public:
-    Changing(CoordinatorImpl& of, JobId job) : working_(of, job), job_(of.known(job)) {
-      job_.changing = true;
-    }
-    ~Changing() {
-      if (working_.alive()) job_.changing = false;
-    }
-    Changing(const Changing&) = delete;
-    Changing& operator=(const Changing&) = delete;
-
-   private:
-    AtWork working_;
-    Job& job_;
-  };
+  [[nodiscard]] AtWork at_work(JobId job) { return {alive_, known(job), files_changed_}; }
 
   // ---- impl.cpp ----
   void restore_job(const JobRecord& record);
@@ -185,6 +149,12 @@ class CoordinatorImpl : public Coordinator {
   // ---- extend.cpp ----
   /// Throws Error if the job cannot go on to so many samples.
   void check_extension(const Job& job, std::int64_t samples) const;
+  struct Extension {
+    bool over = false;
+    std::exception_ptr error;
+  };
+  boost::asio::awaitable<void> run_extension(JobId id, std::int64_t samples,
+                                             std::shared_ptr<Extension> outcome);
   boost::asio::awaitable<void> extend_checked(JobId id, std::int64_t samples);
   /// What the store holds of the job, however often it takes, or until stop(), which throws.
   boost::asio::awaitable<JobContent> read_surely(JobId id);
@@ -197,12 +167,17 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> compact(JobId id, std::int32_t frame);
   boost::asio::awaitable<void> make_checkpoint(JobId id, std::int32_t frame);
   boost::asio::awaitable<void> put_checkpoint(Checkpoint made);
+  boost::asio::awaitable<bool> try_to_put(Checkpoint made);
+  /// One that was put in vain, and will not be again.
+  boost::asio::awaitable<void> discard_checkpoint(Checkpoint made);
   /// The frame's file stands: its regular passes are kept in a checkpoint, of `film` if that is at
   /// hand, else of what is on disk; however often it takes.
   boost::asio::awaitable<void> settle_frame(JobId id, std::int32_t frame,
                                             std::shared_ptr<const FilmSnapshot> film);
+  /// `made` is kept for the next try, if the store does not take it.
   boost::asio::awaitable<bool> try_to_settle(JobId id, std::int32_t frame,
-                                             std::shared_ptr<const FilmSnapshot> film);
+                                             std::shared_ptr<const FilmSnapshot> film,
+                                             std::shared_ptr<std::optional<Checkpoint>> made);
   /// Finished frames whose results are still in the journal after a start.
   void settle_what_is_left(Job& job, const JobContent& content);
   /// The job is done: once its frames are settled, results that are left go.
@@ -213,12 +188,24 @@ class CoordinatorImpl : public Coordinator {
   void begin_house();
   boost::asio::awaitable<void> keep_house();
   boost::asio::awaitable<void> collect_blobs();
-  boost::asio::awaitable<void> forget_expired();
   /// At a start: folders of jobs that were being forgotten go, or are the job's again if the store
   /// did not come to it. Those of jobs that no record knows stay; no new job gets their numbers.
   void settle_job_folders(const std::vector<JobRecord>& records);
   /// Any thread. `use` as it was; `walk`: also what is kept beside the store.
   [[nodiscard]] StorageUse look_at_disk(StorageUse use, bool walk) const;
+
+  // ---- forget.cpp ----
+  boost::asio::awaitable<void> forget_expired();
+  /// The job has ended, and nothing is under way that ends or keeps something of it.
+  boost::asio::awaitable<void> forget_job(JobId id, std::string why);
+  /// Until nothing is under way with the job that has ended; throws if that takes too long.
+  boost::asio::awaitable<void> until_at_rest(JobId id);
+
+  // ---- quarantines.cpp ----
+  /// Has the store say of this name what the table says now.
+  boost::asio::awaitable<void> save_quarantine(std::string name);
+  /// However often it takes.
+  boost::asio::awaitable<void> keep_quarantine(std::string name);
 
   // ---- workers.cpp ----
   void results_durable(std::vector<ArrivedResult> results);
@@ -279,6 +266,7 @@ class CoordinatorImpl : public Coordinator {
   Signal files_changed_;  ///< a frame's file is written
   Budget in_flight_;
   std::map<JobId, Job> jobs_;
+  std::map<std::string, Quarantine> quarantines_;  ///< by name; the store has them, or is about to
   std::unordered_map<WorkerId, Worker> workers_;
   boost::asio::steady_timer clock_;
   Instant armed_ = Instant::max();

@@ -38,6 +38,13 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
     earlier_plans.push_back(earlier.digest);
     version_base += static_cast<std::uint64_t>(earlier.tasks_per_frame()) + 1;
   }
+  if (record.shortened_from > 0) {
+    // What was rendered before its time was up is of this plan; results of it may still come.
+    JobSpec asked = plan->spec;
+    asked.render.samples = record.shortened_from;
+    const Digest digest = JobPlan(asked).digest;
+    if (digest != plan->digest) earlier_plans.push_back(digest);  // it may have been extended to it
+  }
   if (ended) {
     for (const JobRecord::Share& share : record.shares) shares[share.worker] += share.samples;
     return;
@@ -135,6 +142,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.rejected_samples = record.rejected_samples;
   status.failures = failures;
   status.extended_from = record.extended_from;
+  status.shortened_from = record.shortened_from;
   for (const JobRecord::Share& share : shares_by_size())
     status.shares.push_back({share.worker, share.samples});
   return status;
@@ -162,6 +170,10 @@ std::string job_event(const JobStatus& status) {
                   {"failures", status.failures},
                   {"waiting_for", waiting_for},
                   {"error", error}});
+}
+
+std::string removed_event(const Job& job) {
+  return text_of({{"id", job.record.id}, {"name", job.record.spec.name}});
 }
 
 std::string frame_event(JobId job, std::int32_t frame, std::uint64_t version) {

@@ -36,6 +36,7 @@ struct Job {
   int arriving = 0;                      ///< results on their way to the journal
   int at_work = 0;                       ///< coroutines that end or keep something of it
   bool extending = false;
+  bool removing = false;   ///< it is being forgotten
   bool changing = false;   ///< a change that somebody asked for is being kept
   bool unsaved = false;    ///< the record differs from what was last given to the store
   bool keeping = false;    ///< …, and somebody sees to it
@@ -45,6 +46,10 @@ struct Job {
   bool broken = false;     ///< what was durable cannot be read back: it has failed in this run
   std::string unreadable;  ///< then: why
 
+  /// It has ended, and nothing goes on with it.
+  [[nodiscard]] bool at_rest() const {
+    return ended && at_work == 0 && arriving == 0 && !extending && !removing;
+  }
   /// What the store is to have now.
   [[nodiscard]] const JobRecord& to_keep() const { return end ? *end : record; }
   /// The record's spec or priority has another value: the plan says the same.
@@ -71,6 +76,7 @@ std::uint64_t final_version(const Job& job);
 
 // ---- the data of events: JSON objects ----
 std::string job_event(const JobStatus& status);
+std::string removed_event(const Job& job);
 std::string frame_event(JobId job, std::int32_t frame, std::uint64_t version);
 std::string worker_event(WorkerId worker, const std::string& name, const char* state);
 

@@ -121,16 +121,25 @@ boost::asio::awaitable<Submitted> CoordinatorImpl::submit_once(JobSpec spec,
 }
 
 boost::asio::awaitable<JobId> CoordinatorImpl::put_job(JobRecord record) {
-  if (const std::string reason = lacks_room(); !reason.empty()) throw NoRoom(reason);
+  if (const std::string reason = lacks_room(); !reason.empty())
+    throw Error(ErrorKind::no_room, reason);
   check_film(record.spec, settings_.film_memory);
   const std::function<Pins()> look = [this, bundle = record.spec.bundle] {
     return check_assets(blobs_, bundle);
   };
-  const Pins pinned = co_await on<Pins>(files_, look);
+  auto pinned = std::make_shared<Pins>(co_await on<Pins>(files_, look));
   record.priority = record.spec.priority;
   record.created = unix_millis_now();
   const std::function<JobId()> put = [this, record] { return store_->put_job(record); };
-  record.id = co_await on_writer<JobId>(put);
+  std::exception_ptr error;
+  try {
+    record.id = co_await on_writer<JobId>(put);
+  } catch (const std::exception&) {
+    error = std::current_exception();
+  }
+  // Giving them up waits for whoever collects blobs.
+  boost::asio::post(files_, [pins = std::move(pinned)]() mutable { pins.reset(); });
+  if (error) std::rethrow_exception(error);
   const Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
   log::info("job {} ({}): {} tasks, plan {}", record.id, record.spec.name, job.plan->tasks(),
             job.plan->digest.hex().substr(0, 12));
@@ -154,8 +163,9 @@ std::optional<JobStatus> CoordinatorImpl::job(JobId id) const {
 
 Job& CoordinatorImpl::live(JobId id) {
   Job& job = known(id);
-  if (job.extending)
-    throw Error(ErrorKind::conflict, fmt::format("job {} is just being extended", id));
+  if (job.extending || job.removing)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} is just being {}", id, job.removing ? "removed" : "extended"));
   if (!job.ending && !job.ended) return job;
   const std::string state = status_of(job).view.state;
   throw Error(ErrorKind::conflict,
@@ -190,6 +200,7 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
     std::rethrow_exception(error);
   }
   job.record = end;
+  job.spec_changed();  // its time may have been up meanwhile
   perform(scheduler_.cancel_job(id, now()));
   log::info("job {} is cancelled", id);
   tell_job(id);
@@ -199,7 +210,7 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
 boost::asio::awaitable<void> CoordinatorImpl::pause(JobId id) {
   co_await until_unchanging(id);
   Job& job = live(id);
-  const Changing turn(*this, id);
+  const Changing turn(alive_, job, files_changed_);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
   const std::string before = std::exchange(job.record.state, "paused");
   if (const auto error = co_await save_or_error(id)) {
@@ -215,7 +226,7 @@ boost::asio::awaitable<void> CoordinatorImpl::resume(JobId id) {
   co_await until_unchanging(id);
   Job& job = live(id);
   if (job.record.state != "paused") co_return;
-  const Changing turn(*this, id);
+  const Changing turn(alive_, job, files_changed_);
   const std::string after = job.record.started != 0 ? "rendering" : "queued";
   job.record.state = after;
   if (const auto error = co_await save_or_error(id)) {
@@ -231,7 +242,7 @@ boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change)
   co_await until_unchanging(id);
   Job& job = live(id);
   check_change(change, job.record.spec.render);
-  const Changing turn(*this, id);
+  const Changing turn(alive_, job, files_changed_);
   // Changed here first, so that whatever else is kept of the job meanwhile says the same.
   const JobChange before = exchanged(job.record, change);
   if (const auto error = co_await save_or_error(id)) {

@@ -17,6 +17,10 @@ Instant now() { return std::chrono::steady_clock::now(); }
 void CoordinatorImpl::restore() {
   const std::vector<JobRecord> records = store_->list_jobs();
   settle_job_folders(records);
+  for (Quarantine& one : store_->quarantines()) {
+    perform(scheduler_.quarantine(one.name, one.reason, now()));
+    quarantines_.emplace(one.name, std::move(one));
+  }
   for (const JobRecord& record : records) restore_job(record);
   forget_results_of_ended();
   end_surplus_checkpoints();
@@ -30,7 +34,9 @@ void CoordinatorImpl::forget_results_of_ended() {
     Job* job = find(id);
     if (job && !job->ended) continue;
     try {
-      if (job && job->record.state == "done") {
+      if (job && job->record.state == "done" && store_->damage().contains(id)) {
+        continue;  // its pictures stand, and what is left of the rest may be whole again one day
+      } else if (job && job->record.state == "done") {
         settle_what_is_left(*job, read_job(*store_, id));
         crew_.start("a done job's results", forget_settled(id));
       } else {
@@ -74,6 +80,8 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   if (job.first_lease) scheduler_.restore_started(record.id, *job.first_lease);
   const JobContent content = read_job(*store_, record.id);
   take_in(job, content);
+  if (const auto damage = store_->damage().find(record.id); damage != store_->damage().end())
+    return fail_job(record.id, damage->second);
   settle_what_is_left(job, content);
   if (record.state != "paused") perform(scheduler_.resume_job(record.id, now()));
 }

@@ -28,31 +28,6 @@ std::uint64_t bytes_below(const fs::path& folder) {
   return total;
 }
 
-/// A job's folder has this name from before the store forgets the job until it is removed.
-constexpr std::string_view forgotten = ".forgotten";
-
-fs::path forgotten_folder(const fs::path& data, JobId id) {
-  return job_folder(data, id).string() + std::string(forgotten);
-}
-
-void set_aside(const fs::path& data, JobId id, bool durable) {
-  const fs::path aside = forgotten_folder(data, id);
-  std::error_code error;
-  if (!fs::exists(job_folder(data, id), error)) return;
-  fs::remove_all(aside,
-                 error);  // what an attempt before left; the rename says if it is there still
-  system_disk()->rename(job_folder(data, id), aside);
-  if (durable) system_disk()->sync_folder(aside.parent_path());
-}
-
-void take_back(const fs::path& data, JobId id) {
-  std::error_code error;
-  fs::rename(forgotten_folder(data, id), job_folder(data, id), error);
-  if (error && error != std::errc::no_such_file_or_directory)
-    log::warn("{} could not get its name back: {}", forgotten_folder(data, id).string(),
-              error.message());
-}
-
 /// Everything that the bundle names, itself too. What cannot be read names nothing.
 void add_needed(const assets::BlobStore& blobs, const Digest& bundle, std::set<Digest>& needed) {
   needed.insert(bundle);
@@ -126,81 +101,6 @@ boost::asio::awaitable<void> CoordinatorImpl::collect_blobs() {
   };
   const std::uint64_t removed = co_await on<std::uint64_t>(upkeep_, collect);
   if (removed > 0) log::info("{} of blobs that no job needs are removed", bytes_text(removed));
-}
-
-boost::asio::awaitable<void> CoordinatorImpl::forget_expired() {
-  std::vector<JobId> expired;
-  for (const auto& [id, job] : jobs_)
-    if (job.ended && job.at_work == 0 && job.arriving == 0 && !job.extending &&
-        has_expired(job.record.finished, unix_millis_now(), settings_.keep_jobs))
-      expired.push_back(id);
-  for (const JobId id : expired) {
-    Job* job = find(id);
-    if (!job || !job->ended || job->at_work > 0 || job->extending) continue;
-    job->extending = true;  // so that nobody else changes it
-    const std::function<char()> forget = [this, id] {
-      try {
-        set_aside(settings_.data, id, settings_.durable);
-        store_->forget_job(id);
-      } catch (const std::exception&) {
-        take_back(settings_.data, id);
-        throw;
-      }
-      return char{};
-    };
-    std::exception_ptr error;
-    try {
-      co_await on_writer<char>(forget);
-    } catch (const std::exception&) {
-      error = std::current_exception();
-    }
-    if (error) known(id).extending = false;
-    if (error) std::rethrow_exception(error);
-    pictures_.forget(id);
-    films_.forget(id);
-    requests_.erase(job->record.idempotency_key);
-    jobs_.erase(id);
-    collect_soon_ = true;
-    const std::function<char()> remove = [folder = forgotten_folder(settings_.data, id)] {
-      std::error_code ignored;  // the next start removes it
-      fs::remove_all(folder, ignored);
-      return char{};
-    };
-    co_await on<char>(upkeep_, remove);
-    log::info("job {} is forgotten: it ended longer ago than jobs are kept", id);
-  }
-}
-
-void CoordinatorImpl::settle_job_folders(const std::vector<JobRecord>& records) {
-  constexpr JobId countable = JobId{1} << 52U;  // above it no job's number ever comes
-  std::set<JobId> known;
-  for (const JobRecord& record : records) known.insert(record.id);
-  std::set<JobId> strangers;
-  std::error_code error;
-  std::vector<std::string> names;
-  for (fs::directory_iterator entry(settings_.data / "jobs", error), end; !error && entry != end;
-       entry.increment(error))
-    names.push_back(entry->path().filename().string());
-  for (const std::string& name : names) {
-    const bool aside = name.ends_with(forgotten);
-    const auto id = job_id_from(name.substr(0, name.size() - (aside ? forgotten.size() : 0)));
-    if (!id) continue;
-    std::error_code ignored;  // the next start tries again
-    if (aside && known.contains(*id)) {
-      take_back(settings_.data, *id);
-    } else if (aside) {
-      fs::remove_all(settings_.data / "jobs" / name, ignored);
-    } else if (!known.contains(*id) && *id < countable) {
-      strangers.insert(*id);
-    }
-  }
-  if (strangers.empty()) return;
-  store_->skip_jobs(*strangers.rbegin());
-  log::warn(
-      "{} holds {} folders of jobs that the database does not know, {} to {}: they are left as "
-      "they are, and new jobs are numbered above them",
-      (settings_.data / "jobs").string(), strangers.size(), *strangers.begin(),
-      *strangers.rbegin());
 }
 
 }  // namespace tessera::server

@@ -24,13 +24,13 @@ std::string bytes_text(std::uint64_t bytes) {
 std::string refusal_of(const StorageUse& use, std::uint64_t reserve) {
   if (use.disk_most > 0 && use.on_disk() >= use.disk_most)
     return fmt::format(
-        "the server keeps {} and may keep {} (--disk-limit): nothing new is taken until jobs are "
-        "forgotten (--keep-jobs) or the limit is raised; jobs that are here go on",
+        "the server keeps {} and may keep {} (--disk-limit): nothing new is taken, and jobs that "
+        "are here go on",
         bytes_text(use.on_disk()), bytes_text(use.disk_most));
   if (use.disk_free < reserve)
     return fmt::format(
         "the server's file system has {} left, and the last {} are kept for the jobs that are "
-        "here: nothing new is taken until there is more",
+        "here: nothing new is taken",
         bytes_text(use.disk_free), bytes_text(reserve));
   return {};
 }

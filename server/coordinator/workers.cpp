@@ -88,33 +88,6 @@ void CoordinatorImpl::drain_worker(WorkerId worker) {
   hub_.publish("worker", 0, worker_event(worker, found->second.info.name, "draining"));
 }
 
-void CoordinatorImpl::quarantine_worker(WorkerId worker, const std::string& reason) {
-  const auto found = workers_.find(worker);
-  if (found == workers_.end())
-    throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
-  perform(scheduler_.quarantine_worker(worker, reason, now()));
-}
-
-void CoordinatorImpl::perform_one(const WorkerQuarantined& barred) {
-  const auto found = workers_.find(barred.worker);
-  if (found == workers_.end()) return;
-  const std::string& name = found->second.info.name;
-  log::warn("worker {} ({}) is quarantined: {}", barred.worker, name, excerpt(barred.reason, 400));
-  send(barred.worker, wire::Revoke{{}, "this worker is quarantined: " + barred.reason});
-  hub_.publish("worker", 0, worker_event(barred.worker, name, "quarantined"));
-}
-
-void CoordinatorImpl::release_worker(WorkerId worker) {
-  const auto found = workers_.find(worker);
-  if (found == workers_.end())
-    throw Error(ErrorKind::not_found, fmt::format("there is no worker {}", worker));
-  const std::string name = found->second.info.name;
-  perform(scheduler_.release_worker(worker, now()));
-  send(worker, wire::Revoke{{}, "this worker is released: it is granted tasks again"});
-  log::info("worker {} ({}) is released", worker, name);
-  hub_.publish("worker", 0, worker_event(worker, name, "idle"));
-}
-
 void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
   if (!workers_.contains(worker)) return;
   if (const auto* preparing = std::get_if<wire::Preparing>(&message)) {

@@ -31,16 +31,24 @@ unsigned status_of(ErrorKind kind) {
       return 413;
     case ErrorKind::unreachable:
       return 503;
+    case ErrorKind::no_room:
+      return 507;
     case ErrorKind::failed:
       break;
   }
   return 500;
 }
 
+/// What can be done about it is no different whatever it was that found no room.
+constexpr std::string_view make_room =
+    "; make room on the server's disk (tessera purge removes jobs that have ended, with their "
+    "pictures), then try again";
+
 HttpResponse problem_of(const Error& error) {
-  if (dynamic_cast<const NoRoom*>(&error) != nullptr) return problem(507, error.message());
   const unsigned status = status_of(error.kind());
-  Json body = {{"title", reason_phrase(status)}, {"status", status}, {"detail", error.message()}};
+  std::string detail = error.message();
+  if (error.kind() == ErrorKind::no_room) detail += make_room;
+  Json body = {{"title", reason_phrase(status)}, {"status", status}, {"detail", detail}};
   const Place& place = error.place();
   Json where = Json::object();
   if (!place.file.empty()) where["file"] = place.file;
@@ -95,7 +103,7 @@ boost::asio::awaitable<HttpResponse> Api::handle(HttpRequest& request) {
     response = co_await dispatch(request);
   } catch (const Error& error) {
     response = problem_of(error);
-    if (response.status == 500)
+    if (response.status == 500 || response.status == 507)
       log::error("{} {}: {}", request.method, loggable(request), error.what());
   } catch (const boost::system::system_error& error) {
     if (error.code() == boost::asio::error::operation_aborted) throw;  // the listener stops

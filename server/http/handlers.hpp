@@ -37,6 +37,9 @@ HandlerResult all_events(Call& call);
 // workers.cpp
 HandlerResult list_workers(Call& call);
 HandlerResult change_worker(Call& call);
+HandlerResult list_quarantines(Call& call);
+HandlerResult put_quarantine(Call& call);
+HandlerResult delete_quarantine(Call& call);
 // service.cpp
 HandlerResult show_metrics(Call& call);
 HandlerResult show_health(Call& call);

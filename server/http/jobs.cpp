@@ -136,9 +136,19 @@ HandlerResult change_job(Call& call) {
 }
 
 HandlerResult cancel_job(Call& call) {
-  const JobId id = job_of(call).view.id;
-  co_await call.api.coordinator.cancel(id);
-  co_return job_response(call, id);
+  const JobStatus job = job_of(call);
+  const std::string_view purge = call.target.parameter("purge").value_or("false");
+  if (purge != "true" && purge != "false")
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected true or false, found \"{}\"", purge.substr(0, 64)),
+                {.key = "purge"});
+  if (purge == "true") {
+    const Json last = detailed(call.api, job);
+    co_await call.api.coordinator.purge(job.view.id);
+    co_return json_response(last);
+  }
+  co_await call.api.coordinator.cancel(job.view.id);
+  co_return job_response(call, job.view.id);
 }
 
 }  // namespace tessera::server

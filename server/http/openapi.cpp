@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/build_info.hpp"
+#include "server/http/handlers.hpp"
 
 namespace tessera::server {
 
@@ -58,9 +59,10 @@ Json operation(const Route& route) {
   for (const Refusal& refusal : route.refusals)
     out["responses"][std::string(refusal.status)] = problem_response(refusal.summary);
   out["responses"]["default"] = problem_response("Problem details (RFC 9457)");
-  if (route.method == "POST" || route.method == "PATCH")
+  const bool bytes = route.handler == put_blob;
+  if (bytes) out["requestBody"]["content"] = content("application/octet-stream");
+  if (!bytes && (route.method == "POST" || route.method == "PATCH" || route.method == "PUT"))
     out["requestBody"]["content"] = content("application/json");
-  if (route.method == "PUT") out["requestBody"]["content"] = content("application/octet-stream");
   Json security = Json::array();
   security.push_back({{"token", Json::array()}});
   if (route.role == Role::blob_reader) security.push_back({{"blob_token", Json::array()}});

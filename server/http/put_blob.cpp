@@ -130,10 +130,14 @@ HandlerResult put_blob(Call& call) {
                 fmt::format("{} bytes at {} go beyond the {} bytes that the blob may have", coming,
                             offset, most));
 
-  BlobState before = co_await blob_state(call.api, digest);
+  // Also what is here already is as good as new: a job that names it may be about to come.
+  const std::function<BlobState()> renew = [&blobs = call.api.blobs, digest] {
+    return BlobState{blobs.renew(digest), 0};
+  };
+  BlobState before = co_await on_files<BlobState>(call.api, renew);
   if (before.size) co_return stored(200, digest, *before.size);
   if (const std::string reason = call.api.coordinator.lacks_room(); !reason.empty())
-    co_return problem(507, reason);
+    throw Error(ErrorKind::no_room, reason);
   const Upload upload = co_await receive(call, digest, offset, most);
   if (upload.gap_at) {
     before = co_await blob_state(call.api, digest);

@@ -17,11 +17,24 @@ constexpr std::array idempotency = {
     Parameter{"Idempotency-Key",
               "a name for this request, in quotes (draft-ietf-httpapi-idempotency-key-header): a "
               "repetition under it gives the first one's job, also after a restart"}};
+constexpr Refusal no_room{"507", "The server's disk is full, or holds as much as it may"};
 constexpr std::array submit_refusals = {
     Refusal{"409", "The bundle, or a blob that it names, is lacking"},
     Refusal{"413", "The film of a frame is more than the server keeps in memory"},
     Refusal{"422", "The Idempotency-Key was used for a job that was asked for in other words"},
-    Refusal{"507", "There is no room on the disk"}};
+    no_room};
+constexpr std::array upload_refusals = {
+    Refusal{"409", "The bytes begin beyond those that are kept"},
+    Refusal{"413", "The blob is larger than a blob may be"},
+    Refusal{"422", "The bytes have another digest"}, no_room};
+constexpr std::array job_refusals = {Refusal{"409", "The job's state does not allow it"}, no_room};
+constexpr std::array full_disk = {no_room};
+constexpr std::array release_refusals = {Refusal{"404", "No worker of that name is quarantined"},
+                                         no_room};
+constexpr std::array purge = {
+    Parameter{"purge",
+              "true: the job has ended, and nothing of it is to be left; false, unless "
+              "given: it is under way, and is to be cancelled"}};
 
 constexpr std::string_view json = "application/json";
 constexpr Role user = Role::user;
@@ -34,8 +47,15 @@ constexpr std::array table = {
           "A blob, or a range of it"},
     Route{"HEAD", "/v1/blobs/{sha256}", head_blob, blob_reader, "application/octet-stream",
           "Whether a blob is there, and how much of a broken-off upload is"},
-    Route{"PUT", "/v1/blobs/{sha256}", put_blob, user, json,
-          "Store a blob, whole or from an offset"},
+    Route{"PUT",
+          "/v1/blobs/{sha256}",
+          put_blob,
+          user,
+          json,
+          "Store a blob, whole or from an offset",
+          {},
+          {},
+          upload_refusals},
     Route{"POST",
           "/v1/jobs",
           submit_job,
@@ -48,10 +68,25 @@ constexpr std::array table = {
     Route{"GET", "/v1/jobs", list_jobs, user, json, "All jobs"},
     Route{"GET", "/v1/jobs/{id}", get_job, user, json,
           "One job: state, progress, time to finish, shares"},
-    Route{"PATCH", "/v1/jobs/{id}", change_job, user, json,
+    Route{"PATCH",
+          "/v1/jobs/{id}",
+          change_job,
+          user,
+          json,
           "Pause, resume, change priority, most of workers or focus region, or go on to more "
-          "samples"},
-    Route{"DELETE", "/v1/jobs/{id}", cancel_job, user, json, "Cancel a job"},
+          "samples",
+          {},
+          {},
+          job_refusals},
+    Route{"DELETE",
+          "/v1/jobs/{id}",
+          cancel_job,
+          user,
+          json,
+          "Cancel a job; or remove one that has ended, with its pictures",
+          purge,
+          {},
+          job_refusals},
     Route{"GET", "/v1/jobs/{id}/failures", list_failures, user, json,
           "The newest attempts at its tasks that gave no result, with their reasons and logs"},
     Route{"GET", "/v1/jobs/{id}/frames/{frame}/image.exr", frame_exr, user, "image/x-exr",
@@ -64,9 +99,37 @@ constexpr std::array table = {
           "Events of one job"},
     Route{"GET", "/v1/events", all_events, user, "text/event-stream",
           "Events of all jobs and workers"},
-    Route{"GET", "/v1/workers", list_workers, user, json, "All workers that are connected"},
-    Route{"PATCH", "/v1/workers/{id}", change_worker, user, json,
-          "Drain, quarantine or release a worker"},
+    Route{"GET", "/v1/workers", list_workers, user, json,
+          "All workers that are connected, and the names that are quarantined"},
+    Route{"PATCH",
+          "/v1/workers/{id}",
+          change_worker,
+          user,
+          json,
+          "Drain a worker, or quarantine or release all of its name",
+          {},
+          {},
+          full_disk},
+    Route{"GET", "/v1/quarantines", list_quarantines, user, json,
+          "Names whose workers are granted nothing, with who said so, when and why"},
+    Route{"PUT",
+          "/v1/quarantines/{name}",
+          put_quarantine,
+          user,
+          json,
+          "Grant workers of this name nothing until they are released, those too that come later",
+          {},
+          {},
+          full_disk},
+    Route{"DELETE",
+          "/v1/quarantines/{name}",
+          delete_quarantine,
+          user,
+          json,
+          "Release the workers of this name",
+          {},
+          {},
+          release_refusals},
     Route{"GET", "/metrics", show_metrics, user, "text/plain",
           "Counts and gauges, as Prometheus reads them"},
     Route{"GET", "/healthz", show_health, user, json, "The process answers"},

@@ -85,6 +85,7 @@ Json job_object(const JobStatus& status) {
   job["error"] = view.error.empty() ? Json() : Json(view.error);
   job["waiting_for"] = view.waiting_for.empty() ? Json() : Json(view.waiting_for);
   job["extended_from"] = status.extended_from;
+  job["shortened_from"] = status.shortened_from > 0 ? Json(status.shortened_from) : Json();
   job["bundle"] = spec.bundle.hex();
   job["plan"] = status.plan->digest.hex();
   job["build"] = view.build ? Json(view.build->hex()) : Json();
@@ -115,7 +116,14 @@ Json failure_object(const FailureRecord& failure, const TileGrid& grid) {
   return out;
 }
 
-Json worker_object(const WorkerView& worker) {
+Json quarantine_object(const Quarantine& quarantine) {
+  return {{"name", quarantine.name},
+          {"reason", quarantine.reason},
+          {"by", quarantine.by},
+          {"since", time_or_null(quarantine.since)}};
+}
+
+Json worker_object(const WorkerView& worker, const Quarantine* quarantine) {
   // The identity is left out: who knows it could speak in the worker's name.
   return {{"id", worker.id},
           {"name", worker.info.name},
@@ -123,6 +131,7 @@ Json worker_object(const WorkerView& worker) {
           {"build", worker.info.build_id.hex()},
           {"state", worker.state},
           {"reason", worker.reason.empty() ? Json() : Json(worker.reason)},
+          {"quarantine", quarantine == nullptr ? Json() : quarantine_object(*quarantine)},
           {"leases", worker.leases},
           {"tasks_done", worker.tasks_done},
           {"samples_per_second", worker.samples_per_second},

@@ -13,6 +13,8 @@ std::string iso_time(UnixMillis time);
 Json job_object(const JobStatus& status);
 /// `window`: the tile's pixels.
 Json failure_object(const FailureRecord& failure, const TileGrid& grid);
-Json worker_object(const WorkerView& worker);
+Json quarantine_object(const Quarantine& quarantine);
+/// `quarantine` is its name's, if there is one.
+Json worker_object(const WorkerView& worker, const Quarantine* quarantine);
 
 }  // namespace tessera::server

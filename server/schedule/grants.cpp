@@ -245,13 +245,13 @@ void Scheduler::State::settle(Instant now, Actions& actions) {
       touched.erase(touched.begin());
       WorkerEntry* entry = worker(id);
       if (entry == nullptr) continue;
+      if (entry->barred && !std::exchange(entry->told_barred, true))
+        actions.emplace_back(WorkerQuarantined{id, quarantines.at(entry->info.name)});
       if (entry->offended) {
         drop(*entry, false,
              "it sent results that it was not asked for, or that were not what was asked", now,
              actions);
       } else {
-        if (entry->barred && !std::exchange(entry->told_barred, true))
-          actions.emplace_back(WorkerQuarantined{id, identities[entry->info.identity].quarantine});
         fill(*entry, now, actions);
       }
     }

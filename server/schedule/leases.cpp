@@ -223,21 +223,46 @@ void Scheduler::State::give_up_preparation(WorkerEntry& worker, Instant now, Act
   RevokeLeases revoke{worker.id, {}, reason, true};
   for (const auto& [number, held] : worker.leases)
     if (held.job == id) revoke.leases.push_back(held.id);
+  const std::vector<LeaseId> given_up = revoke.leases;
   actions.emplace_back(std::move(revoke));
-  actions.emplace_back(preparation_failed(worker, id, AttemptFailed::Outcome::stalled, reason));
   worker.got_on = now;  // what it may prepare next begins now
+  if (worker.hung) {
+    // It had no chance to begin with this one.
+    for (const LeaseId& lease : given_up) give_back(worker, lease.number, std::nullopt, actions);
+    worker.parts.erase(id);
+    return count_without();
+  }
+  hangs(worker, id);
+  actions.emplace_back(preparation_failed(worker, id, AttemptFailed::Outcome::stalled, reason));
   if (JobEntry* entry = live_job(id)) could_not_prepare(worker, *entry, reason, now, actions);
+}
+
+void Scheduler::State::hangs(WorkerEntry& worker, JobId job) {
+  worker.hung_said = true;
+  if (std::exchange(worker.hung, job) == job) return;
+  timers.arm(worker, worker.due(settings));
+}
+
+void Scheduler::State::still_hangs(WorkerEntry& worker, Instant now, Actions& actions) {
+  worker.got_on = now;
+  JobEntry* entry = live_job(*worker.hung);
+  if (entry == nullptr || !entry->unable_ever.contains(worker.info.identity)) return;
+  ++entry->unable_times;
+  judge_preparation(*entry, entry->unable_reason, actions);
 }
 
 void Scheduler::State::offend(WorkerEntry& worker) {
   Identity& identity = identities[worker.info.identity];
   if (++identity.offences < settings.offences) return;
-  bar(worker, "it sent results that it was not asked for, or that were not what was asked");
+  identity.offences = 0;
+  bar(worker.info.name,
+      "it sent results that it was not asked for, or that were not what was asked");
   worker.offended = true;
   touched.insert(worker.id);
 }
 
 void Scheduler::State::fault_of(WorkerEntry& worker, JobId job, const std::string& reason) {
+  if (worker.barred) return;
   Identity& identity = identities[worker.info.identity];
   identity.failures[job] = reason;
   // A job that nobody has rendered anything of may be at fault itself.
@@ -250,18 +275,26 @@ void Scheduler::State::fault_of(WorkerEntry& worker, JobId job, const std::strin
     said += fmt::format("{}job {}: {}", said.empty() ? "" : "; ", id, what);
   }
   const bool others = std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
-    return entry.first != worker.id && !entry.second.barred && !entry.second.draining;
+    return entry.second.info.name != worker.info.name && !entry.second.barred &&
+           !entry.second.draining;
   });
   if (elsewhere < settings.jobs_failed || !others) return;
-  bar(worker, fmt::format("it failed on {} jobs that other workers render ({})", elsewhere, said));
+  identity.failures.clear();
+  bar(worker.info.name,
+      fmt::format("it failed on {} jobs that other workers render ({})", elsewhere, said));
 }
 
-void Scheduler::State::bar(WorkerEntry& worker, const std::string& reason) {
-  identities[worker.info.identity].quarantine = reason;
-  worker.barred = true;
-  worker.told_barred = false;
-  unreserve(worker);
-  touched.insert(worker.id);
+std::vector<WorkerEntry*> Scheduler::State::bar(const std::string& name,
+                                                const std::string& reason) {
+  quarantines[name] = reason;
+  std::vector<WorkerEntry*> barred = named(name);
+  for (WorkerEntry* worker : barred) {
+    worker->barred = true;
+    worker->told_barred = false;
+    unreserve(*worker);
+    touched.insert(worker->id);
+  }
+  return barred;
 }
 
 }  // namespace tessera::server

@@ -25,6 +25,9 @@ Actions Scheduler::tick(Instant now) {
       worker->rests.reset();
       state.touched.insert(worker->id);
     }
+    if (worker->hung && worker->leases.empty() &&
+        worker->got_on + state.settings.preparation <= now)
+      state.still_hangs(*worker, now, actions);
     if (!worker->leases.empty() && worker->next_stall(state.settings) <= now)
       state.expire(*worker, now, actions);
     state.timers.arm(*worker, worker->due(state.settings));
@@ -112,9 +115,10 @@ std::vector<WorkerView> Scheduler::workers(Instant now) const {
     for (const auto& [job, part] : worker.parts) {
       if (part.samples_held > 0) speed = std::max(speed, part.speed.rate());
     }
+    const auto barred = state_->quarantines.find(worker.info.name);
     views.push_back({id, worker.info, state_of(worker),
-                     state_->identities.at(worker.info.identity).quarantine, worker.leases.size(),
-                     worker.tasks_done, speed, seconds(now - worker.heard)});
+                     barred == state_->quarantines.end() ? std::string() : barred->second,
+                     worker.leases.size(), worker.tasks_done, speed, seconds(now - worker.heard)});
   }
   return views;
 }

@@ -130,11 +130,12 @@ class Scheduler {
                         const std::string& reason, Instant now);
   /// Grants it no more; it finishes what it holds, and leaves.
   Actions drain_worker(WorkerId worker, Instant now);
-  /// Grants it no more, also when it comes back, until it is released; its leases are revoked, and
-  /// are nobody's fault.
-  Actions quarantine_worker(WorkerId worker, const std::string& reason, Instant now);
-  /// Whatever it was quarantined for is forgotten.
-  Actions release_worker(WorkerId worker, Instant now);
+  /// Grants workers of this name no more, those too that come later, until they are released; the
+  /// leases that they hold are revoked, and are nobody's fault. Also after a start, before workers
+  /// join.
+  Actions quarantine(const std::string& name, const std::string& reason, Instant now);
+  /// Whatever they were quarantined for is forgotten.
+  Actions release(const std::string& name, Instant now);
 
   // ---- results ----
   /// Also for leases that have expired or are of an earlier epoch. `take` marks the task as being

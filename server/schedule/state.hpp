@@ -35,10 +35,11 @@ struct Scheduler::State {
     bool connected = false;  // worker_left of its last connection has not been said
     int offences = 0;
     std::map<JobId, std::string> failures;  // since its last good result: what it said
-    std::string quarantine;                 // why it is granted nothing; empty: it is
   };
   // Looked up, never walked through.
   std::unordered_map<std::string, Identity> identities;
+  /// Why workers of this name are granted nothing. A machine's fault outlives its processes.
+  std::map<std::string, std::string> quarantines;
   std::unordered_map<WorkerId, std::string>
       dropped;  // connections that were told to end and have not yet
   /// Scenes whose preparation a worker did not survive, as far as is known: (bundle, name) to the
@@ -66,6 +67,8 @@ struct Scheduler::State {
   JobEntry* job(JobId id);
   JobEntry* live_job(JobId id);
   WorkerEntry* worker(WorkerId id);
+  /// Those that are here, by id. O(workers).
+  std::vector<WorkerEntry*> named(const std::string& name);
 
   // ---- grants.cpp: what goes out ----
   /// It can prepare the job, as far as is known.
@@ -154,10 +157,15 @@ struct Scheduler::State {
                          Actions& actions);
   /// Its preparation does not get on.
   void give_up_preparation(WorkerEntry& worker, Instant now, Actions& actions);
+  /// It said that it prepares this job, of which it holds nothing; or it has been given up there.
+  void hangs(WorkerEntry& worker, JobId job);
+  /// … for as long again as a preparation may stand still: as if it had been asked once more.
+  void still_hangs(WorkerEntry& worker, Instant now, Actions& actions);
   void offend(WorkerEntry& worker);
   /// It failed where others do not: on tasks of different jobs, that bars it.
   void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);
-  void bar(WorkerEntry& worker, const std::string& reason);
+  /// Gives the workers of that name.
+  std::vector<WorkerEntry*> bar(const std::string& name, const std::string& reason);
 
   // ---- pace.cpp ----
   /// What is known of how fast it gets on; nothing while no speed is. O(leases of its workers).

@@ -52,7 +52,7 @@ struct WorkerEntry {
   WorkerId id;
   WorkerInfo info;
   bool draining = false;
-  bool barred = false;  // by its offences: granted nothing
+  bool barred = false;  // its name is quarantined: granted nothing
   bool told_barred = false;
   bool offended = false;  // … just now: its connection is to end
   bool alone = false;     // what it holds is a suspect
@@ -61,6 +61,10 @@ struct WorkerEntry {
   std::map<std::uint64_t, HeldLease> leases;  // by number: oldest first
   /// Leases that expired and that it has not let go of, as far as is known.
   std::set<LeaseId> expired;
+  /// It builds this job's scene though it holds no lease of it, so that it can build no other: said
+  /// anew with each progress.
+  std::optional<JobId> hung;
+  bool hung_said = false;  // since its last progress
   std::map<JobId, Part> parts;
   std::int64_t tasks_done = 0;
   Instant joined;
@@ -83,7 +87,7 @@ struct WorkerEntry {
     }
   }
   /// Granted nothing until it shows life.
-  [[nodiscard]] bool stalled() const { return !expired.empty(); }
+  [[nodiscard]] bool stalled() const { return !expired.empty() || hung; }
   /// It may be granted one more.
   [[nodiscard]] bool has_room(const SchedulerSettings& settings) const {
     if (draining || barred || stalled() || alone || rests) return false;
@@ -113,6 +117,7 @@ struct WorkerEntry {
     Instant instant = heard + settings.silence;
     if (!leases.empty()) instant = std::min(instant, next_stall(settings));
     if (rests) instant = std::min(instant, *rests);
+    if (hung) instant = std::min(instant, got_on + settings.preparation);
     return instant;
   }
 };

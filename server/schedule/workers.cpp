@@ -12,6 +12,13 @@ WorkerEntry* Scheduler::State::worker(WorkerId id) {
   return found == workers.end() ? nullptr : &found->second;
 }
 
+std::vector<WorkerEntry*> Scheduler::State::named(const std::string& name) {
+  std::vector<WorkerEntry*> found;
+  for (auto& [id, entry] : workers)
+    if (entry.info.name == name) found.push_back(&entry);
+  return found;
+}
+
 namespace {
 
 /// Jobs of which it holds leases and has not built the scene.
@@ -82,7 +89,7 @@ Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) 
   identity.connected = true;
   const auto place = state_->workers.try_emplace(identity.worker, identity.worker, info, now).first;
   WorkerEntry& worker = place->second;
-  worker.barred = !identity.quarantine.empty();
+  worker.barred = state_->quarantines.contains(info.name);
   for (auto& [scene, lost] : state_->crashed) lost.erase(info.identity);
   std::erase_if(state_->crashed, [](const auto& entry) { return entry.second.empty(); });
   for (JobEntry* job : state_->order) {
@@ -125,7 +132,10 @@ Actions Scheduler::worker_preparing(WorkerId worker, JobId job, double fraction,
   if (entry == nullptr) return {};
   entry->heard = entry->advanced = now;
   const auto place = entry->parts.find(job);
-  if (place == entry->parts.end()) return {};
+  if (place == entry->parts.end() || place->second.samples_held == 0) {
+    state_->hangs(*entry, job);
+    return {};
+  }
   WorkerEntry::Part& part = place->second;
   // Workers keep few scenes: one that had been built, or begun, may have to be built anew.
   const bool anew = part.ready || fraction < part.fraction;
@@ -174,6 +184,11 @@ Actions Scheduler::worker_progress(WorkerId worker,
     entry->gets_on(now);
     entry->reported = now;
   }
+  if (entry->hung && !std::exchange(entry->hung_said, false)) {
+    entry->hung.reset();
+    entry->got_on = now;
+    state_->touched.insert(worker);
+  }
   for (auto& [number, held] : entry->leases) {
     if (!held.runs) break;
     const bool named = std::any_of(running.begin(), running.end(),
@@ -185,7 +200,7 @@ Actions Scheduler::worker_progress(WorkerId worker,
     return entry->expired.contains(one.first);
   });
   // It has heard that its leases are over and runs none of them any more: it is alive.
-  if (entry->stalled() && let_go) {
+  if (!entry->expired.empty() && let_go) {
     entry->expired.clear();
     state_->touched.insert(worker);
   }
@@ -231,11 +246,10 @@ Actions Scheduler::drain_worker(WorkerId worker, Instant now) {
   return actions;
 }
 
-Actions Scheduler::quarantine_worker(WorkerId worker, const std::string& reason, Instant now) {
+Actions Scheduler::quarantine(const std::string& name, const std::string& reason, Instant now) {
   Actions actions;
-  if (WorkerEntry* entry = state_->worker(worker)) {
-    state_->bar(*entry, reason);
-    RevokeLeases revoke{worker, {}, "the worker is quarantined: " + reason};
+  for (WorkerEntry* entry : state_->bar(name, reason)) {
+    RevokeLeases revoke{entry->id, {}, "the worker is quarantined: " + reason};
     for (const auto& [number, held] : entry->leases) revoke.leases.push_back(held.id);
     if (!revoke.leases.empty()) actions.emplace_back(std::move(revoke));
     state_->give_back_all(*entry, std::nullopt, actions);
@@ -244,16 +258,16 @@ Actions Scheduler::quarantine_worker(WorkerId worker, const std::string& reason,
   return actions;
 }
 
-Actions Scheduler::release_worker(WorkerId worker, Instant now) {
+Actions Scheduler::release(const std::string& name, Instant now) {
   Actions actions;
-  if (WorkerEntry* entry = state_->worker(worker)) {
+  state_->quarantines.erase(name);
+  for (WorkerEntry* entry : state_->named(name)) {
     State::Identity& identity = state_->identities[entry->info.identity];
     identity.offences = 0;
     identity.failures.clear();
-    identity.quarantine.clear();
     entry->barred = false;
     entry->told_barred = false;
-    state_->touched.insert(worker);
+    state_->touched.insert(entry->id);
   }
   state_->settle(now, actions);
   return actions;

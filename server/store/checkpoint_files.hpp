@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -54,6 +55,8 @@ class CheckpointFiles {
   /// A tile's content. Throws Error{failed} if it is damaged or gone.
   [[nodiscard]] std::vector<std::byte> read(const CheckpointPlace& place) const;
 
+  /// None that is begun from here on has this number, or one below it.
+  void skip(std::uint64_t number) { last_ = std::max(last_.load(), number); }
   [[nodiscard]] std::set<std::uint64_t> numbers() const;
   /// 0 if it is not there.
   [[nodiscard]] std::uint64_t size_of(std::uint64_t number) const;

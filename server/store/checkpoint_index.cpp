@@ -116,14 +116,14 @@ std::vector<Checkpoint> Index::checkpoints_of(JobId job) const {
   return found;
 }
 
-std::map<std::uint64_t, std::uint64_t> Index::checkpoint_files() const {
-  const std::lock_guard lock(reading_);
-  std::map<std::uint64_t, std::uint64_t> files;
-  Statement rows = reader_->prepare("SELECT number, bytes FROM checkpoints");
-  for (bool more = rows.run(); more; more = rows.step())
-    files[static_cast<std::uint64_t>(rows.integer(0))] =
-        static_cast<std::uint64_t>(rows.integer(1));
-  return files;
+std::vector<IndexedFile> Index::indexed_checkpoints() const {
+  return indexed_files("SELECT number, job, bytes FROM checkpoints ORDER BY number");
+}
+
+std::set<std::uint64_t> Index::checkpoint_numbers() const {
+  std::set<std::uint64_t> numbers;
+  for (const IndexedFile& file : indexed_checkpoints()) numbers.insert(file.number);
+  return numbers;
 }
 
 std::vector<Tally> Index::tallies_of(JobId job) const {

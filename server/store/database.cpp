@@ -15,7 +15,8 @@ namespace {
   const std::string why = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(code);
   const char* what =
       primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB ? "is damaged" : "could not be used";
-  throw DatabaseError(ErrorKind::failed, fmt::format("{} {}: {}", file, what, why), code);
+  throw DatabaseError(primary == SQLITE_FULL ? ErrorKind::no_room : ErrorKind::failed,
+                      fmt::format("{} {}: {}", file, what, why), code);
 }
 
 }  // namespace

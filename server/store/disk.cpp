@@ -19,8 +19,9 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& path, const char* what, const std::error_code& error) {
-  const bool absent = error == std::errc::no_such_file_or_directory;
-  throw Error(absent ? ErrorKind::not_found : ErrorKind::failed,
+  // What stands under a file cannot be made: that is no mere absence.
+  const bool under_a_file = error == std::errc::not_a_directory;
+  throw Error(under_a_file ? ErrorKind::failed : kind_of(error),
               fmt::format("cannot be {}: {}", what, error.message()), {.file = path.string()});
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view job_columns =
     "id, spec, state, priority, created, started, finished, error, render_seconds, rays, "
     "rejected_samples, shares, cpu_seconds, extended_from, idempotency_key, "
-    "idempotency_fingerprint";
+    "idempotency_fingerprint, shortened_from";
 
 Database opened(const std::filesystem::path& file, bool durable, const char* vfs) {
   Database database(file, Database::Mode::read_write, vfs);
@@ -47,6 +47,7 @@ JobRecord job_from(const Statement& row, const std::filesystem::path& name) {
       parse_json(row.text(column++), name.string()).get<std::vector<std::int64_t>>();
   job.idempotency_key = row.text(column++);
   job.idempotency_fingerprint = row.text(column++);
+  job.shortened_from = row.integer(column++);
   return job;
 }
 
@@ -114,12 +115,12 @@ void Index::update_job(const JobRecord& record) {
       "UPDATE jobs SET state = ?2, priority = ?3, created = ?4, started = ?5, finished = ?6, error "
       "= ?7, render_seconds = ?8, "
       "rays = ?9, rejected_samples = ?10, shares = ?11, cpu_seconds = ?12, spec = ?13, "
-      "extended_from = ?14 WHERE id = ?1 RETURNING id");
-  const bool found =
-      update.run(record.id, record.state, record.priority, record.created, record.started,
-                 record.finished, record.error, record.render_seconds, record.rays,
-                 record.rejected_samples, shares_text(record), record.cpu_seconds,
-                 to_json(record.spec).dump(), Json(record.extended_from).dump());
+      "extended_from = ?14, shortened_from = ?15 WHERE id = ?1 RETURNING id");
+  const bool found = update.run(
+      record.id, record.state, record.priority, record.created, record.started, record.finished,
+      record.error, record.render_seconds, record.rays, record.rejected_samples,
+      shares_text(record), record.cpu_seconds, to_json(record.spec).dump(),
+      Json(record.extended_from).dump(), record.shortened_from);
   if (!found) throw Error(ErrorKind::not_found, fmt::format("there is no job {}", record.id));
   update.step();  // to its end: only then is it committed
 }
@@ -249,14 +250,25 @@ void Index::end_job(JobId job) {
   transaction.commit();
 }
 
-std::map<std::uint64_t, std::uint64_t> Index::segments() const {
+std::vector<IndexedFile> Index::indexed_files(const char* sql) const {
   const std::lock_guard lock(reading_);
-  std::map<std::uint64_t, std::uint64_t> ends;
-  Statement rows = reader_->prepare("SELECT segment, max(ends) FROM segments GROUP BY segment");
-  for (bool more = rows.run(); more; more = rows.step()) {
-    ends[static_cast<std::uint64_t>(rows.integer(0))] = static_cast<std::uint64_t>(rows.integer(1));
-  }
-  return ends;
+  std::vector<IndexedFile> files;
+  Statement rows = reader_->prepare(sql);
+  for (bool more = rows.run(); more; more = rows.step())
+    files.push_back({static_cast<std::uint64_t>(rows.integer(0)),
+                     static_cast<JobId>(rows.integer(1)),
+                     static_cast<std::uint64_t>(rows.integer(2))});
+  return files;
+}
+
+std::vector<IndexedFile> Index::indexed_segments() const {
+  return indexed_files("SELECT segment, job, ends FROM segments ORDER BY segment, job");
+}
+
+std::set<std::uint64_t> Index::segments() const {
+  std::set<std::uint64_t> numbers;
+  for (const IndexedFile& file : indexed_segments()) numbers.insert(file.number);
+  return numbers;
 }
 
 }  // namespace tessera::server

@@ -17,6 +17,13 @@
 
 namespace tessera::server {
 
+/// A file that rows of a job name, and how long it must be for them.
+struct IndexedFile {
+  std::uint64_t number = 0;
+  JobId job = 0;
+  std::uint64_t bytes = 0;
+};
+
 /// The database side of the store: meta, jobs, workers, and the journal's index. Not const: one
 /// thread at a time, over one connection; const: any thread, over another one, one after another.
 class Index {
@@ -38,6 +45,12 @@ class Index {
   [[nodiscard]] std::vector<FailureRecord> failures(JobId job) const;
   [[nodiscard]] std::map<JobId, std::uint64_t> failure_counts() const;
 
+  // ---- quarantines.cpp ----
+  void put_quarantine(const Quarantine& quarantine);
+  void remove_quarantine(const std::string& name);
+  [[nodiscard]] std::vector<Quarantine> quarantines() const;
+
+  // ---- index.cpp ----
   /// In one transaction; nothing of it if it throws.
   void add_results(std::span<const NewResult> batch, std::span<const ResultPlace> places);
   void results_of(JobId job, std::optional<std::int32_t> frame,
@@ -46,8 +59,10 @@ class Index {
   void forget_results(JobId job);
   /// In one transaction: the results, the checkpoints, and what their results came to.
   void end_job(JobId job);
-  /// Segments that hold results, and how long each must be.
-  [[nodiscard]] std::map<std::uint64_t, std::uint64_t> segments() const;
+  /// Segments that hold results.
+  [[nodiscard]] std::set<std::uint64_t> segments() const;
+  /// … for each job that has some in them.
+  [[nodiscard]] std::vector<IndexedFile> indexed_segments() const;
 
   // ---- checkpoint_index.cpp ----
   /// In one transaction: the checkpoint counts, and what it holds are no results any more. The
@@ -56,8 +71,8 @@ class Index {
   [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
   [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;
   [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
-  /// Files by number, and how long each must be.
-  [[nodiscard]] std::map<std::uint64_t, std::uint64_t> checkpoint_files() const;
+  [[nodiscard]] std::set<std::uint64_t> checkpoint_numbers() const;
+  [[nodiscard]] std::vector<IndexedFile> indexed_checkpoints() const;
   [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
   /// In one transaction: the record, its spec too; results from pass `passes` on are gone.
   void extend_job(const JobRecord& record, std::uint32_t passes);
@@ -69,6 +84,8 @@ class Index {
   void delete_checkpoints(JobId job);
   void supersede_failed_commits();
   std::int64_t worker_row(const NewResult& result);
+
+  [[nodiscard]] std::vector<IndexedFile> indexed_files(const char* sql) const;
 
   // Destroyed in reverse: the statements before the connection that they belong to.
   Database writer_;

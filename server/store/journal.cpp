@@ -38,18 +38,19 @@ Journal::Journal(Disk& disk, std::filesystem::path folder, bool durable,
     : disk_(disk), folder_(std::move(folder)), durable_(durable), segment_bytes_(segment_bytes) {
   const auto present = segments();
   if (!present.empty()) number_ = *present.rbegin();
-  for (const std::uint64_t segment : present) bytes_ += size_of(segment);
+  recount();
 }
 
 /// After a failure only the disk knows what there is.
 void Journal::recount() {
+  std::uint64_t bytes = 0;
   try {
-    std::uint64_t bytes = 0;
     for (const std::uint64_t segment : segments()) bytes += size_of(segment);
-    bytes_ = bytes;
   } catch (const Error& error) {
     log::warn("{}; the journal's size is not known", error.what());
+    return;
   }
+  bytes_ = bytes;
 }
 
 void Journal::seal() {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -22,6 +23,8 @@ class Journal {
   /// Begins a new segment with the first append.
   Journal(Disk& disk, std::filesystem::path folder, bool durable, std::uint64_t segment_bytes);
 
+  /// None that is begun from here on has this number, or one below it.
+  void skip(std::uint64_t segment) { number_ = std::max(number_, segment); }
   /// The numbers of the segments on disk.
   [[nodiscard]] std::set<std::uint64_t> segments() const;
   [[nodiscard]] std::uint64_t size_of(std::uint64_t segment) const;

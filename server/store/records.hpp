@@ -124,9 +124,19 @@ struct JobRecord {
   };
   std::vector<Share> shares;                ///< kept for when the results themselves are forgotten
   std::vector<std::int64_t> extended_from;  ///< samples it had before it was extended, oldest first
+  std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
   /// What who posted it called the request, and a digest of what was posted, so that it can be
   /// repeated. Empty: it cannot. They do not change.
   std::string idempotency_key, idempotency_fingerprint;
+};
+
+/// Workers of this name are granted nothing until they are released.
+struct Quarantine {
+  std::string name;
+  std::string reason;
+  std::string by;        ///< "user": a person said so; "server": it failed where others do not
+  UnixMillis since = 0;  ///< Unix time
+  bool operator==(const Quarantine&) const = default;
 };
 
 /// An attempt at a task of a job that gave no result, as people are told of it.

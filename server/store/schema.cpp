@@ -11,7 +11,7 @@ constexpr int application_id = 0x54535241;  // "TSRA"
 
 // Step i brings version i to version i + 1. What has been released is never changed: a new version
 // is a new step.
-constexpr std::array<const char*, 4> steps{R"sql(
+constexpr std::array<const char*, 5> steps{R"sql(
   CREATE TABLE meta(key TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
   INSERT INTO meta VALUES('epoch', 0);
 
@@ -84,6 +84,16 @@ constexpr std::array<const char*, 4> steps{R"sql(
   -- What who posted a job called the request, and a digest of what was posted.
   ALTER TABLE jobs ADD COLUMN idempotency_key TEXT NOT NULL DEFAULT '';
   ALTER TABLE jobs ADD COLUMN idempotency_fingerprint TEXT NOT NULL DEFAULT '';
+)sql",
+                                           R"sql(
+  -- Workers that are granted nothing until they are released: all of that name.
+  CREATE TABLE quarantines(
+    name TEXT PRIMARY KEY,
+    reason TEXT NOT NULL,
+    imposed_by TEXT NOT NULL,        -- "user", "server"
+    since INTEGER NOT NULL) WITHOUT ROWID;  -- Unix milliseconds
+  -- Samples that were asked for, where time was up before they were made; 0: it was not.
+  ALTER TABLE jobs ADD COLUMN shortened_from INTEGER NOT NULL DEFAULT 0;
 )sql"};
 
 }  // namespace

@@ -63,27 +63,40 @@ struct Store::State {
         journal(*disk, where / "journal", settings.durable, settings.segment_bytes),
         checkpoints(*disk, where / "checkpoints", settings.durable) {}
 
-  void check_segments() const {
-    const auto present = journal.segments();
-    for (const auto& [segment, ends] : index.segments()) {
-      if (!present.contains(segment) || journal.size_of(segment) < ends) {
-        throw Error(ErrorKind::failed,
-                    fmt::format("{} is lacking or too short: {} bytes of results are indexed in it",
-                                journal.path_of(segment).string(), ends));
-      }
+  /// Also keeps new files from taking the numbers of those that are lacking: rows name them.
+  void look_for_damage() {
+    for (const IndexedFile& file : index.indexed_segments()) {
+      journal.skip(file.number);
+      look_at(file, "results", journal.path_of(file.number),
+              [&] { return journal.size_of(file.number); });
     }
+    for (const IndexedFile& file : index.indexed_checkpoints()) {
+      checkpoints.skip(file.number);
+      look_at(file, "its film", checkpoints.path_of(file.number),
+              [&] { return checkpoints.size_of(file.number); });
+    }
+    for (const auto& [job, what] : damage)
+      log::error("job {} is damaged, all others are not: {}", job, what);
   }
-  void check_checkpoints() const {
-    for (const auto& [number, bytes] : index.checkpoint_files()) {
-      if (checkpoints.size_of(number) < bytes) {
-        throw Error(ErrorKind::failed, fmt::format("{} is lacking or too short: it had {} bytes",
-                                                   checkpoints.path_of(number).string(), bytes));
-      }
+  void look_at(const IndexedFile& file, const char* what, const std::filesystem::path& path,
+               const std::function<std::uint64_t()>& size_of) {
+    std::uint64_t size = 0;
+    try {
+      size = size_of();
+    } catch (const Error& error) {
+      // It may be read all the same when it is needed, and says then if it cannot.
+      if (error.kind() != ErrorKind::not_found) return log::warn("{}", error.what());
     }
+    if (size >= file.bytes) return;
+    std::string& said = damage[file.job];
+    if (said.empty())  // the first tells what to look for
+      said =
+          fmt::format("{} is lacking or too short: it has {} bytes, and {} of job {} reach to {}",
+                      path.string(), size, what, file.job, file.bytes);
   }
   /// Not of one that is being written: at a start, or by number.
   void remove_dead_checkpoints() {
-    const auto needed = index.checkpoint_files();
+    const auto needed = index.checkpoint_numbers();
     for (const std::uint64_t number : checkpoints.numbers()) {
       if (!needed.contains(number)) checkpoints.remove(number);
     }
@@ -105,7 +118,7 @@ struct Store::State {
     try {
       for (const std::uint64_t number : numbers) checkpoints.remove(number);
       if (!doubtful.empty()) {
-        const auto needed = index.checkpoint_files();
+        const auto needed = index.checkpoint_numbers();
         for (const std::uint64_t number : doubtful)
           if (!needed.contains(number)) checkpoints.remove(number);
         doubtful.clear();
@@ -123,10 +136,12 @@ struct Store::State {
   Index index;
   Journal journal;
   CheckpointFiles checkpoints;
-  /// Checkpoints whose commit failed. It may yet come to light, until another one has succeeded.
+  /// Checkpoints that were discarded after their commit failed. It may yet come to light, until
+  /// another one has succeeded.
   std::vector<std::uint64_t> doubtful;
   std::array<std::uint8_t, 16> key{};
   std::uint64_t epoch = 0;
+  std::map<JobId, std::string> damage;
 };
 
 Store::Store(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -135,8 +150,7 @@ Store::~Store() = default;
 std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
                                    const StoreSettings& settings) {
   auto state = std::make_unique<State>(folder, settings);
-  state->check_segments();
-  state->check_checkpoints();
+  state->look_for_damage();
   state->remove_dead_segments();
   state->remove_dead_checkpoints();
   state->key = key_from(state->index.grant_key());
@@ -147,6 +161,7 @@ std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
 
 const std::filesystem::path& Store::folder() const { return state_->folder; }
 std::uint64_t Store::epoch() const { return state_->epoch; }
+const std::map<JobId, std::string>& Store::damage() const { return state_->damage; }
 const std::array<std::uint8_t, 16>& Store::grant_key() const { return state_->key; }
 
 JobId Store::put_job(const JobRecord& record) { return state_->index.put_job(record); }
@@ -161,6 +176,12 @@ std::vector<FailureRecord> Store::failures(JobId job) const { return state_->ind
 std::map<JobId, std::uint64_t> Store::failure_counts() const {
   return state_->index.failure_counts();
 }
+
+void Store::put_quarantine(const Quarantine& quarantine) {
+  state_->index.put_quarantine(quarantine);
+}
+void Store::remove_quarantine(const std::string& name) { state_->index.remove_quarantine(name); }
+std::vector<Quarantine> Store::quarantines() const { return state_->index.quarantines(); }
 
 std::vector<ResultPlace> Store::append_results(std::span<const NewResult> batch) {
   if (batch.empty()) return {};
@@ -221,18 +242,16 @@ std::unique_ptr<CheckpointWriter> Store::begin_checkpoint(JobId job, std::int32_
 }
 
 void Store::put_checkpoint(const Checkpoint& checkpoint) {
-  std::optional<std::uint64_t> before;
-  try {
-    before = state_->index.put_checkpoint(checkpoint);
-  } catch (...) {
-    state_->doubtful.push_back(checkpoint.number);
-    throw;
-  }
+  const auto before = state_->index.put_checkpoint(checkpoint);
   if (before) {
     state_->clean_up({&*before, 1});
   } else {
     state_->clean_up();
   }
+}
+
+void Store::discard_checkpoint(const Checkpoint& checkpoint) {
+  state_->doubtful.push_back(checkpoint.number);
 }
 
 std::optional<Checkpoint> Store::checkpoint_of(JobId job, std::int32_t frame) const {

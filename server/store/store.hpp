@@ -36,8 +36,9 @@ class Store {
  public:
   /// Locks the folder (made if it is not there), brings the database to this schema, deletes what
   /// no job needs, and counts a new epoch, durably. Throws Error{conflict} if another coordinator
-  /// holds the folder or it was written by a newer schema, Error{failed} if it cannot be written,
-  /// the database is damaged, or a segment that it names is not there.
+  /// holds the folder or it was written by a newer schema, Error{failed} if it cannot be written or
+  /// the database is damaged. A segment or checkpoint that is lacking costs the jobs that need it
+  /// alone: damage().
   static std::unique_ptr<Store> open(const std::filesystem::path& folder,
                                      const StoreSettings& settings = {});
   ~Store();
@@ -47,6 +48,9 @@ class Store {
   [[nodiscard]] const std::filesystem::path& folder() const;
   /// Counts the opens of this folder, from 1.
   [[nodiscard]] std::uint64_t epoch() const;
+  /// Jobs of which something that is indexed was not there at the open: which file, and what of the
+  /// job is in it. All else of them, and all other jobs, can be read.
+  [[nodiscard]] const std::map<JobId, std::string>& damage() const;
   /// The secret of this folder, made once: SchedulerSettings::grant_key.
   [[nodiscard]] const std::array<std::uint8_t, 16>& grant_key() const;
 
@@ -74,6 +78,14 @@ class Store {
   [[nodiscard]] std::vector<FailureRecord> failures(JobId job) const;
   /// How many each job had in all, where it had any.
   [[nodiscard]] std::map<JobId, std::uint64_t> failure_counts() const;
+
+  // ---- quarantines: durable on return ----
+  /// Takes the place of an earlier one of that name.
+  void put_quarantine(const Quarantine& quarantine);
+  /// Nothing happens if there is none.
+  void remove_quarantine(const std::string& name);
+  /// By name.
+  [[nodiscard]] std::vector<Quarantine> quarantines() const;
 
   // ---- results ----
   /// Journal, one sync, index, one commit: on return every result of the batch is durable and may
@@ -105,6 +117,9 @@ class Store {
   /// and leave the index. Nobody may be reading either of them. Throws Error{failed} if it holds
   /// less of a tile than the earlier one.
   void put_checkpoint(const Checkpoint& checkpoint);
+  /// Where it throws, the checkpoint can be put again, or is discarded: it will not be put any more,
+  /// and its file goes with the next commit, unless it counts after all. Does not throw.
+  void discard_checkpoint(const Checkpoint& checkpoint);
   [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
   [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;
   /// By frame.

@@ -21,7 +21,7 @@ export function listen(heard, state) {
   const source = new EventSource('/v1/events');
   source.onopen = () => state(true);
   source.onerror = () => state(false);
-  for (const type of ['job', 'frame', 'worker', 'lost']) {
+  for (const type of ['job', 'frame', 'removed', 'worker', 'lost']) {
     source.addEventListener(type, (event) => heard({ type, data: JSON.parse(event.data || '{}') }));
   }
 }

@@ -1,6 +1,7 @@
 // What people see of failures, and how they keep workers from work, from the command line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -33,7 +34,7 @@ TEST(Control, a_worker_is_quarantined_released_and_drained_by_its_name_and_told_
   const Outcome barred =
       farm.tessera({"--json", "quarantine", "worker-0", "--reason", "its fan is broken"});
   EXPECT_EQ(barred.code, 0) << barred.errors;
-  EXPECT_EQ(json::parse(barred.output).at("state"), "quarantined");
+  EXPECT_EQ(json::parse(barred.output).at("name"), "worker-0");
   EXPECT_EQ(only_worker(farm).at("reason"), "its fan is broken");
   EXPECT_TRUE(says(farm.workers()[0], "this worker is quarantined: its fan is broken"))
       << farm.logs();
@@ -45,6 +46,43 @@ TEST(Control, a_worker_is_quarantined_released_and_drained_by_its_name_and_told_
   const std::string number = std::to_string(only_worker(farm).at("id").get<int>());
   EXPECT_EQ(farm.tessera({"drain", number}).code, 0);
   EXPECT_EQ(farm.workers()[0].wait(Seconds(20)), 0) << farm.logs();
+}
+
+TEST(Control, a_quarantine_outlives_coordinator_and_worker_and_is_ended_though_nobody_is_there) {
+  Farm farm;
+  farm.add_worker();
+  ASSERT_TRUE(farm.wait_for_workers(1, Seconds(20))) << farm.logs();
+  ASSERT_EQ(farm.tessera({"quarantine", "worker-0", "--reason", "its fan is broken"}).code, 0);
+  farm.kill_and_restart_server();
+  farm.kill_and_restart_worker(0);
+  ASSERT_TRUE(farm.wait_for_workers(1, Seconds(20))) << farm.logs();
+  EXPECT_EQ(only_worker(farm).at("state"), "quarantined");
+  EXPECT_EQ(only_worker(farm).at("quarantine").at("by"), "user");
+  farm.workers()[0].signal(SIGTERM);
+  ASSERT_TRUE(farm.wait_for_workers(0, Seconds(20))) << farm.logs();
+  const Outcome table = farm.tessera({"workers"});
+  EXPECT_THAT(table.output, HasSubstr("worker-0"));
+  EXPECT_THAT(table.output, HasSubstr("its fan is broken"));
+  EXPECT_EQ(farm.tessera({"release", "worker-0"}).code, 0);
+  EXPECT_TRUE(farm.get("/v1/quarantines").at("quarantines").empty());
+  EXPECT_EQ(farm.tessera({"release", "worker-0"}).code, 1);
+}
+
+TEST(Control, a_job_that_has_ended_is_purged_and_one_under_way_is_not) {
+  Farm farm;
+  const std::string id = farm.submit(scene_path(), arguments_of({}));
+  const Outcome early = farm.tessera({"purge", id});
+  EXPECT_EQ(early.code, 1);
+  EXPECT_THAT(early.errors, HasSubstr("cancel it first"));
+  farm.add_worker();
+  EXPECT_EQ(farm.tessera({"wait", id}).code, 0) << farm.logs();
+  EXPECT_EQ(farm.tessera({"cancel", id}).code, 1) << "its pictures stay";
+  EXPECT_EQ(farm.job(id).at("state"), "done");
+  EXPECT_EQ(farm.tessera({"purge", id}).code, 0);
+  EXPECT_EQ(farm.get("/v1/jobs/" + id).at("status"), 404);
+  EXPECT_EQ(farm.tessera({"purge", id}).code, 1);
+  farm.kill_and_restart_server();
+  EXPECT_TRUE(farm.get("/v1/jobs").at("jobs").empty());
 }
 
 TEST(Control, a_worker_that_is_not_there_is_named_with_the_nearest) {

@@ -59,8 +59,11 @@ TEST(FullDisk, holds_a_job_up_with_the_reason_and_lets_it_go_on_when_there_is_ro
   const Outcome fetched =
       farm.tessera({"fetch", id, "-o", (farm.folder() / "so-far.exr").string()});
   EXPECT_EQ(fetched.code, 0) << "what was acknowledged is there to see: " << fetched.errors;
-  std::this_thread::sleep_for(Seconds(1));
+  std::this_thread::sleep_for(Seconds(6));  // the coordinator has looked how much is left
   EXPECT_EQ(farm.job(id).at("tasks_done"), held.at("tasks_done"));
+  const Outcome refused = farm.tessera({"submit", scene_path(), "--seed", "7"});
+  EXPECT_EQ(refused.code, 1) << refused.errors;
+  EXPECT_NE(refused.errors.find("tessera purge"), std::string::npos) << refused.errors;
 
   disk.make_room();
   expect_undisturbed(picture, farm.finish(id));
@@ -83,7 +86,10 @@ TEST(FullDisk,
   // The database may have room where the journal has none.
   const json answer = farm.send("POST", "/v1/jobs", before.at("spec"));
   const bool taken = answer.contains("id");
-  EXPECT_TRUE(taken || says_full(answer.at("detail").get<std::string>())) << answer;
+  if (!taken) {
+    EXPECT_EQ(answer.at("status"), 507) << answer;
+    EXPECT_TRUE(says_full(answer.at("detail").get<std::string>())) << answer;
+  }
 
   try {
     farm.kill_and_restart_server();

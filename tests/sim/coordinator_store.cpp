@@ -87,6 +87,7 @@ void Coordinator::start() {
     if (!world_.drive.dead()) kill(false);
     return;
   }
+  require(store_->damage().empty(), "each file that the index names is there");
   require(store_->epoch() > epoch_, "each start has an epoch of its own");
   epoch_ = store_->epoch();
   world_.tell("the coordinator starts: epoch {}", epoch_);

@@ -204,8 +204,21 @@ void StoreCalls::checkpoint() {
     if (!given_up) made = writer->finish();
   });
   if (!written || given_up || random_.chance(0.02)) return;
+  const bool again = random_.chance(0.5);
   change_job(
-      "put the checkpoint", id, [&] { store_->put_checkpoint(made); },
+      "put the checkpoint", id,
+      [&] {
+        try {
+          store_->put_checkpoint(made);
+          return;
+        } catch (const Error&) {
+          if (!again) {
+            store_->discard_checkpoint(made);
+            throw;
+          }
+        }
+        store_->put_checkpoint(made);
+      },
       [frame, film](JobTruth& truth) { truth.compact(frame, film); });
 }
 

@@ -97,6 +97,7 @@ class StoreRun {
   }
   void open() {
     store_ = server::Store::open(data_folder, settings_);
+    for (const auto& [job, what] : store_->damage()) throw Error(ErrorKind::failed, what);
     for (JobId job = 0; job < 3; ++job) server::settle_frames(data_folder, job, disk_);
   }
 

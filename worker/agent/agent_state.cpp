@@ -74,6 +74,9 @@ void AgentState::tick(Instant now) {
     if (held.of_this_connection)
       progress.running.push_back({.lease = lease, .fraction = held.fraction});
   say(std::move(progress));
+  // Wanted or not: the thread that builds it is not free before it ends.
+  if (preparing_ && !wanted(*preparing_))
+    say(wire::Preparing{.job = preparing_->first, .fraction = prepare_fraction_});
   for (const auto& [key, job] : jobs_)
     if (job.queued > 0 && !job.scene)
       say(wire::Preparing{.job = key.first, .fraction = key == preparing_ ? prepare_fraction_ : 0});

@@ -216,6 +216,32 @@ TEST_F(BlobStoreTest, pins_of_a_process_that_died_hold_nothing) {
   EXPECT_EQ(files_in(folder / "pins"), 0U);
 }
 
+TEST_F(BlobStoreTest, what_is_uploaded_again_or_made_whole_late_counts_as_new) {
+  const Digest again = store.put(bytes_of("again")), old = store.put(bytes_of("old"));
+  const Digest late = digest_of("late"), sent = store.put(bytes_of("sent"));
+  store.append(late, 0, bytes_of("late"));
+  fs::last_write_time(folder / "partial" / late.hex(),
+                      fs::file_time_type::clock::now() - std::chrono::hours(2));
+  for (const Digest& digest : {again, old, sent}) used_ago(digest, 7200);
+  EXPECT_EQ(store.renew(again), 5U);
+  EXPECT_EQ(store.renew(digest_of("nothing")), std::nullopt);
+  store.put(bytes_of("sent"));
+  store.finish(late);
+  EXPECT_EQ(store.collect({}, 3600), 3U);
+  EXPECT_FALSE(store.has(old));
+  for (const Digest& digest : {again, late, sent}) EXPECT_TRUE(store.has(digest));
+}
+
+TEST_F(BlobStoreTest, many_are_collected_but_none_that_is_needed_or_pinned) {
+  std::vector<Digest> blobs;
+  for (int i = 0; i < 300; ++i) blobs.push_back(store.put(bytes_of("blob " + std::to_string(i))));
+  const auto pin = store.pin({blobs[7]});
+  for (const Digest& digest : blobs) used_ago(digest, 7200);
+  store.collect({blobs[11], blobs[299]}, 3600);
+  for (std::size_t i = 0; i < blobs.size(); ++i)
+    EXPECT_EQ(store.has(blobs[i]), i == 7 || i == 11 || i == 299) << i;
+}
+
 TEST_F(BlobStoreTest, a_folder_that_cannot_be_made_is_named) {
   std::ofstream(folder / "file") << "x";
   try {

@@ -23,6 +23,16 @@ TEST(Error, leaves_out_what_it_does_not_know_of_the_place) {
   EXPECT_STREQ(Error(ErrorKind::failed, "no", {.line = 2, .column = 4}).what(), "line 2:4: no");
 }
 
+TEST(ErrorKind, tells_a_full_disk_and_a_quota_from_other_trouble) {
+  for (const auto* category : {&std::generic_category(), &std::system_category()}) {
+    EXPECT_EQ(kind_of({ENOSPC, *category}), ErrorKind::no_room);
+    EXPECT_EQ(kind_of({EDQUOT, *category}), ErrorKind::no_room);
+    EXPECT_EQ(kind_of({ENOENT, *category}), ErrorKind::not_found);
+    EXPECT_EQ(kind_of({EIO, *category}), ErrorKind::failed);
+    EXPECT_EQ(kind_of({EROFS, *category}), ErrorKind::failed);
+  }
+}
+
 TEST(ExitCode, is_what_scripts_rely_on) {
   EXPECT_EQ(exit_code(ErrorKind::bad_input), 2);
   EXPECT_EQ(exit_code(ErrorKind::too_large), 2);
@@ -30,6 +40,7 @@ TEST(ExitCode, is_what_scripts_rely_on) {
   EXPECT_EQ(exit_code(ErrorKind::refused), 4);
   EXPECT_EQ(exit_code(ErrorKind::not_found), 1);
   EXPECT_EQ(exit_code(ErrorKind::conflict), 1);
+  EXPECT_EQ(exit_code(ErrorKind::no_room), 1);
   EXPECT_EQ(exit_code(ErrorKind::failed), 1);
 }
 

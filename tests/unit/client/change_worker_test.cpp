@@ -45,5 +45,23 @@ TEST(FindWorker, says_the_nearest_name_for_one_that_is_not_there) {
               HasSubstr("none is connected"));
 }
 
+TEST(NameOfWorker, is_a_connected_ones_by_number_or_name_and_quarantined_ones_where_these_count) {
+  Json all = answer();
+  all["quarantines"] = Json::array({{{"name", "away-7"}}});
+  EXPECT_EQ(name_of_worker(all, "3", false), "desk");
+  EXPECT_EQ(name_of_worker(all, "desk", false), "desk") << "all of a name are meant";
+  EXPECT_EQ(name_of_worker(all, "away-7", true), "away-7");
+  const auto fault = [&](const char* text, bool absent_too) {
+    try {
+      return name_of_worker(all, text, absent_too);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::not_found);
+      return std::string(error.what());
+    }
+  };
+  EXPECT_THAT(fault("away-7", false), HasSubstr("unknown worker"));
+  EXPECT_THAT(fault("away-8", true), HasSubstr("did you mean \"away-7\""));
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -29,8 +29,9 @@ Outcome outcome_of(std::vector<const char*> arguments) {
 }
 
 TEST(CommandLine, every_command_has_help) {
-  for (const char* command : {"render", "wedge", "submit", "watch", "wait", "fetch", "jobs",
-                              "workers", "focus", "set", "cancel", "pause", "resume"}) {
+  for (const char* command :
+       {"render", "wedge", "submit", "watch", "wait", "fetch", "jobs", "workers", "focus", "set",
+        "cancel", "purge", "quarantine", "release", "pause", "resume"}) {
     const Outcome out = outcome_of({command, "--help"});
     EXPECT_EQ(out.code, 0) << command;
     EXPECT_NE(out.output.find(command), std::string::npos) << out.output;

@@ -44,6 +44,23 @@ TEST(Job, IsDoneOnlyOnceItsFilesAreWritten) {
   EXPECT_EQ(job.status(std::nullopt, at(1)).progress, 1);
 }
 
+TEST(Job, KnowsThePlanThatItHadBeforeItsTimeWasUpAndCallsItEarlierUntilItIsThePlanAgain) {
+  JobRecord asked = record();
+  asked.spec.render.samples = 1000;
+  const Digest before = Job(asked, at(0), 0).plan->digest;
+  JobRecord shortened = record();
+  shortened.shortened_from = 1000;
+  const Job job(shortened, at(0), 0);
+  EXPECT_NE(job.plan->digest, before);
+  EXPECT_EQ(job.earlier_plans, std::vector<Digest>{before});
+  EXPECT_EQ(job.status(std::nullopt, at(0)).shortened_from, 1000);
+  shortened.extended_from = {10};
+  shortened.spec.render.samples = 1000;
+  const Job extended(shortened, at(0), 0);
+  EXPECT_EQ(extended.plan->digest, before);
+  EXPECT_EQ(extended.earlier_plans, std::vector<Digest>{job.plan->digest});
+}
+
 TEST(Job, RenderTimeRunsFromTheFirstLeaseToTheLastFold) {
   Job job(record(), at(0), 0);
   EXPECT_EQ(job.render_seconds(at(9), false), 0);

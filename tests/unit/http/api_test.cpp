@@ -244,13 +244,15 @@ TEST_F(ApiTest, AFrameThatTheJobDoesNotHaveIs404) {
 TEST_F(ApiTest, AWorkerIsQuarantinedAndReleasedButNotOnceItDrains) {
   WorkerView worker;
   worker.id = 4;
+  worker.info.name = "node-4";
   worker.state = "rendering";
   coordinator.connected.push_back(worker);
   const auto set = [&](const char* body) { return ask("PATCH", "/v1/workers/4", body); };
   EXPECT_EQ(json(set(R"({"state":"quarantined","reason":"its fan is broken"})"))["state"],
             "quarantined");
   EXPECT_EQ(json(set(R"({"state":"idle"})"))["state"], "idle");
-  EXPECT_THAT(coordinator.calls, ElementsAre("quarantine 4: its fan is broken", "release 4"));
+  EXPECT_THAT(coordinator.calls,
+              ElementsAre("quarantine node-4: its fan is broken", "release node-4"));
   EXPECT_EQ(set(R"({"state":"draining"})").status, 200U);
   EXPECT_EQ(set(R"({"state":"idle"})").status, 409U);
 }

@@ -67,7 +67,7 @@ class FakeCoordinator : public Coordinator {
   bool stopped = false;
 
   boost::asio::awaitable<JobId> submit(JobSpec job) override {
-    if (!full.empty()) throw NoRoom(full);
+    if (!full.empty()) throw Error(ErrorKind::no_room, full);
     calls.push_back("submit " + job.name);
     if (job.name == "lacking")
       throw Error(ErrorKind::conflict, "the bundle is not in the blob store", {.key = "bundle"});
@@ -105,6 +105,13 @@ class FakeCoordinator : public Coordinator {
     return found->second;
   }
   boost::asio::awaitable<void> cancel(JobId id) override { co_return change(id, "cancelled"); }
+  boost::asio::awaitable<void> purge(JobId id) override {
+    if (known.at(id).view.state != "done")
+      throw Error(ErrorKind::conflict, "the job has not ended: cancel it first");
+    calls.push_back("purge " + std::to_string(id));
+    known.erase(id);
+    co_return;
+  }
   boost::asio::awaitable<void> pause(JobId id) override { co_return change(id, "paused"); }
   boost::asio::awaitable<void> resume(JobId id) override { co_return change(id, "rendering"); }
   boost::asio::awaitable<void> change(JobId id, JobChange change) override {
@@ -155,14 +162,29 @@ class FakeCoordinator : public Coordinator {
     calls.push_back("drain " + std::to_string(worker));
     state_of(worker) = "draining";
   }
-  void quarantine_worker(WorkerId worker, const std::string& reason) override {
-    calls.push_back("quarantine " + std::to_string(worker) + ": " + reason);
-    state_of(worker) = "quarantined";
+  boost::asio::awaitable<void> quarantine(std::string name, std::string reason) override {
+    if (!full.empty()) throw Error(ErrorKind::no_room, full);
+    calls.push_back("quarantine " + name + ": " + reason);
+    std::erase_if(barred, [&](const Quarantine& one) { return one.name == name; });
+    Quarantine made;
+    made.name = name;
+    made.reason = reason;
+    made.by = "user";
+    made.since = 1'700'000'000'000;
+    barred.push_back(made);
+    for (WorkerView& worker : connected)
+      if (worker.info.name == name) worker.state = "quarantined";
+    co_return;
   }
-  void release_worker(WorkerId worker) override {
-    calls.push_back("release " + std::to_string(worker));
-    state_of(worker) = "idle";
+  boost::asio::awaitable<void> release(std::string name) override {
+    calls.push_back("release " + name);
+    std::erase_if(barred, [&](const Quarantine& one) { return one.name == name; });
+    for (WorkerView& worker : connected)
+      if (worker.info.name == name) worker.state = "idle";
+    co_return;
   }
+  std::vector<Quarantine> barred;
+  [[nodiscard]] std::vector<Quarantine> quarantines() const override { return barred; }
   [[nodiscard]] std::uint64_t epoch() const override { return 3; }
 
   WorkerId worker_joined(const WorkerInfo&, std::shared_ptr<WorkerLink>) override { return 0; }

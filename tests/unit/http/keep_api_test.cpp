@@ -31,6 +31,7 @@ TEST_F(ApiTest, WithoutRoomJobsAndUploadsAreRefusedWith507AndAllElseIsAnswered) 
     EXPECT_EQ(response.status, 507U);
     EXPECT_EQ(json(response)["title"], "Insufficient Storage");
     EXPECT_THAT(json(response)["detail"].get<std::string>(), HasSubstr("5 TiB"));
+    EXPECT_THAT(json(response)["detail"].get<std::string>(), HasSubstr("tessera purge"));
   }
   EXPECT_THAT(coordinator.calls, IsEmpty());
   EXPECT_EQ(ask("GET", "/v1/jobs/1").status, 200U);

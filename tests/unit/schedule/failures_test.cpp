@@ -37,7 +37,7 @@ TEST_F(FailuresTest, a_clean_end_a_drain_and_a_revocation_are_no_failures) {
   leave(leaves, true);
   take(scheduler_.drain_worker(drains, now_));
   leave(drains, false);
-  take(scheduler_.quarantine_worker(barred, "its fan is broken", now_));
+  take(scheduler_.quarantine("c", "its fan is broken", now_));
   take(scheduler_.cancel_job(1, now_));
   EXPECT_TRUE(failures_.empty());
 }

@@ -73,7 +73,7 @@ TEST_F(QuarantineTest, AWorkerThatFailsOnTwoJobsThatOthersRenderGetsNoMoreAndItI
   EXPECT_TRUE(held_[bad_].empty());
   leave(bad_, true);
   EXPECT_EQ(view(join("bad")).state, "quarantined") << "also when it comes back";
-  take(scheduler_.release_worker(bad_, now_));
+  take(scheduler_.release("bad", now_));
   EXPECT_FALSE(held_[bad_].empty());
   EXPECT_EQ(view(bad_).reason, "");
 }
@@ -156,7 +156,7 @@ TEST_F(QuarantineTest, APersonQuarantinesAndReleases) {
   add(1, spec(4, 1));
   const WorkerId a = join("a");
   ready(a);
-  take(scheduler_.quarantine_worker(a, "its fan is broken", now_));
+  take(scheduler_.quarantine("a", "its fan is broken", now_));
   EXPECT_TRUE(held_[a].empty());
   EXPECT_EQ(view(a).state, "quarantined");
   EXPECT_EQ(view(a).reason, "its fan is broken");
@@ -164,7 +164,7 @@ TEST_F(QuarantineTest, APersonQuarantinesAndReleases) {
   const WorkerId b = join("b");
   ready(b);
   EXPECT_EQ(held_[b].size(), 2U) << "what it held is out again, and no suspect";
-  take(scheduler_.release_worker(a, now_));
+  take(scheduler_.release("a", now_));
   EXPECT_EQ(held_[a].size(), 2U);
 }
 
@@ -189,11 +189,54 @@ TEST_F(QuarantineTest, APreparationThatDoesNotGetOnFailsThoughItsWorkerSaysThatI
   says_preparing(8, 0.2);
   EXPECT_EQ(revoked_.size(), 2U);
   EXPECT_TRUE(failed_.empty());
+  EXPECT_EQ(view(hung).state, "stalled");
   for (int i = 0; i < 2; ++i) {
-    EXPECT_EQ(held_[hung].size(), 2U) << "nobody else is there: it is asked again";
+    EXPECT_TRUE(held_[hung].empty()) << "it is still at it";
+    EXPECT_TRUE(failed_.empty());
     says_preparing(limit + 8, 0.2);
   }
   EXPECT_THAT(failed_[1], HasSubstr("did not get on for 1800 s"));
+}
+
+TEST_F(QuarantineTest, AWorkerWhosePreparerHangsIsGivenNoOtherJobUntilItStopsSayingSo) {
+  add(1, spec(4, 1));
+  const WorkerId hung = join("hung");
+  const auto beats = [&](double until, bool at_it) {
+    for (double waited = 0; waited < until; waited += 2) {
+      take(scheduler_.worker_progress(hung, {}, now_));
+      if (at_it) take(scheduler_.worker_preparing(hung, 1, 0.2, now_));
+      pass(2);
+    }
+  };
+  beats(seconds(settings_.preparation) + 8, true);
+  ASSERT_EQ(failures_.size(), 1U);
+  take(scheduler_.cancel_job(1, now_));
+  add(2, spec(4, 1));
+  beats(seconds(settings_.preparation) + 8, true);
+  EXPECT_TRUE(held_[hung].empty());
+  EXPECT_EQ(view(hung).state, "stalled");
+  EXPECT_EQ(failures_.size(), 1U) << "nothing of job 2 is held against anybody";
+  beats(4, false);
+  EXPECT_EQ(held_[hung].size(), 2U);
+}
+
+TEST_F(QuarantineTest, WhatAHungWorkerWasGivenBeforeItSaidSoIsHeldAgainstNobody) {
+  add(1, spec(4, 1));
+  const WorkerId hung = join("hung");
+  take(scheduler_.worker_preparing(hung, 1, 0.2, now_));
+  take(scheduler_.cancel_job(1, now_));
+  add(2, spec(4, 1));
+  ASSERT_EQ(held_[hung].size(), 2U);
+  for (double waited = 0; waited < seconds(settings_.preparation) + 8; waited += 2) {
+    take(scheduler_.worker_progress(hung, {}, now_));
+    take(scheduler_.worker_preparing(hung, 1, 0.2, now_));
+    take(scheduler_.worker_preparing(hung, 2, 0, now_));
+    pass(2);
+  }
+  EXPECT_TRUE(held_[hung].empty());
+  EXPECT_TRUE(failures_.empty());
+  EXPECT_TRUE(failed_.empty());
+  EXPECT_EQ(held_[join("other")].size(), 2U);
 }
 
 TEST_F(QuarantineTest, ASceneThatIsBuiltAgainIsPreparedAgain) {
@@ -246,13 +289,51 @@ TEST_F(QuarantineTest, AHungPreparationIsForAnotherWorker) {
 
 TEST_F(QuarantineTest, AQuarantinedWorkerIsToldOnceEachTimeThatItComes) {
   const WorkerId a = join("a");
-  take(scheduler_.quarantine_worker(a, "its fan is broken", now_));
+  take(scheduler_.quarantine("a", "its fan is broken", now_));
   quarantined_.clear();
   pass(1);
   EXPECT_TRUE(quarantined_.empty());
   leave(a, true);
   EXPECT_EQ(join("a"), a);
   EXPECT_EQ(quarantined_[a], "its fan is broken");
+}
+
+TEST_F(QuarantineTest, AQuarantineIsOfANameAndHoldsForEveryProcessOfIt) {
+  add(1, spec(40, 1));
+  const auto start = [&](const std::string& process) {
+    auto joined = scheduler_.worker_joined({"machine", process, 1, digest_of("build")}, now_);
+    take(joined.actions);
+    return joined.worker;
+  };
+  take(scheduler_.quarantine("machine", "its disk is full", now_));  // as after a start
+  const WorkerId first = start("process 1");
+  EXPECT_EQ(view(first).state, "quarantined");
+  EXPECT_EQ(view(first).reason, "its disk is full");
+  leave(first, false);
+  const WorkerId second = start("process 2");
+  EXPECT_TRUE(held_[second].empty());
+  EXPECT_EQ(quarantined_[second], "its disk is full");
+  EXPECT_EQ(held_[join("other")].size(), 2U);
+  take(scheduler_.release("machine", now_));
+  EXPECT_EQ(held_[second].size(), 2U);
+  const WorkerId third = start("process 3");
+  EXPECT_EQ(held_[third].size(), 2U);
+  take(scheduler_.quarantine("machine", "", now_));
+  EXPECT_TRUE(held_[second].empty() && held_[third].empty()) << "what they hold is revoked";
+  EXPECT_EQ(view(third).state, "quarantined");
+}
+
+TEST_F(QuarantineTest, AMachineThatFailsIsBarredForItsNextProcessToo) {
+  two_jobs();
+  fail_one(bad_);
+  fail_until_job_2(bad_);
+  fail_one(bad_);
+  ASSERT_EQ(view(bad_).state, "quarantined");
+  leave(bad_, false);
+  auto joined = scheduler_.worker_joined({"bad", "a new process", 1, digest_of("build")}, now_);
+  take(joined.actions);
+  EXPECT_EQ(view(joined.worker).state, "quarantined");
+  EXPECT_TRUE(held_[joined.worker].empty());
 }
 
 }  // namespace

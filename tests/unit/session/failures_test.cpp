@@ -82,9 +82,9 @@ TEST_F(Failures, a_quarantined_worker_is_told_why_and_when_it_is_released) {
   ScriptedWorker worker("barred", '1');
   const auto scenario = [&]() -> awaitable<void> {
     co_await worker.connect(farm);
-    farm.coordinator->quarantine_worker(1, "its fan is broken");
+    co_await farm.coordinator->quarantine("barred", "its fan is broken");
     co_await worker.work([&] { return !worker.told.empty(); });
-    farm.coordinator->release_worker(1);
+    co_await farm.coordinator->release("barred");
     co_await worker.work([&] { return worker.told.size() > 1; });
   };
   farm.run(scenario());

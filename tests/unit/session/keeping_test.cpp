@@ -209,8 +209,8 @@ TEST_F(Keeping, BeyondTheDiskLimitNothingNewIsTakenAndWhatIsHereGoesOn) {
     bool refused = false;
     try {
       co_await farm.coordinator->submit(spec);
-    } catch (const NoRoom&) {
-      refused = true;
+    } catch (const Error& error) {
+      refused = error.kind() == ErrorKind::no_room;
     }
     EXPECT_TRUE(refused);
     co_await worker.connect(farm);

@@ -86,6 +86,77 @@ TEST_F(Records, AJobThatEndedIsNotTakenBackByTheSaveOfItsStart) {
   EXPECT_EQ(kept().state, "cancelled");
 }
 
+TEST_F(Records, ACancelThatIsRefusedDoesNotHoldUpAnExtension) {
+  refuse("cancelled");
+  bool refused = false;
+  const auto cancel = [&]() -> awaitable<void> {
+    try {
+      co_await farm.coordinator->cancel(id);
+    } catch (const Error&) {
+      refused = true;
+    }
+  };
+  ScriptedWorker worker("w");
+  const auto scenario = [&]() -> awaitable<void> {
+    const auto cancelled = farm.go(cancel());
+    co_await sleep_for(Duration::zero());
+    co_await farm.coordinator->extend(id, 100);
+    EXPECT_TRUE(*cancelled && refused);
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+    JobSpec spec = farm.spec();
+    spec.render.samples = 100;
+    EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
+  };
+  farm.run(scenario());
+  EXPECT_EQ(kept().state, "done");
+}
+
+TEST_F(Records, WhileTheDiskRefusesResultsAnExtensionIsRefusedAtOnceAndLaterTaken) {
+  database().execute(
+      "CREATE TRIGGER refuses BEFORE INSERT ON results BEGIN SELECT RAISE(ABORT, 'no'); END");
+  ScriptedWorker worker("w");
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return !farm.coordinator->trouble().empty(); });
+    ErrorKind kind = ErrorKind::failed;
+    try {
+      co_await farm.coordinator->extend(id, 100);
+    } catch (const Error& error) {
+      kind = error.kind();
+    }
+    EXPECT_EQ(kind, ErrorKind::unreachable);
+    allow();
+    co_await worker.work([&] { return farm.coordinator->trouble().empty(); });
+    const auto extended = farm.go(farm.coordinator->extend(id, 100));
+    co_await worker.work([&] { return *extended; });
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+  };
+  farm.run(scenario());
+  EXPECT_EQ(kept().spec.render.samples, 100);
+}
+
+TEST_F(Records, AFilmThatIsWrittenIsNotWrittenAgainBecauseItsCommitIsRefused) {
+  database().execute(
+      "CREATE TRIGGER refuses BEFORE INSERT ON checkpoints BEGIN SELECT RAISE(ABORT, 'no'); END");
+  const auto files = [&] {
+    return std::distance(std::filesystem::directory_iterator(farm.data / "checkpoints"), {});
+  };
+  ScriptedWorker worker("w");
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return farm.coordinator->job(id)->view.state == "done"; });
+    co_await worker.work([&, looks = 0]() mutable { return ++looks > 25; });  // some tries
+    EXPECT_EQ(files(), 1);
+    allow();
+    while (database().integer("SELECT count(*) FROM checkpoints") == 0)
+      co_await sleep_for(std::chrono::milliseconds(5));
+    EXPECT_EQ(database().integer("SELECT number FROM checkpoints"), 1);
+    EXPECT_EQ(files(), 1);
+  };
+  farm.run(scenario());
+}
+
 TEST_F(Records, ARefusedChangeIsTakenBackAndTheStoreSaysSo) {
   refuse("paused");
   const auto scenario = [&]() -> awaitable<void> {

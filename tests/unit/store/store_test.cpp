@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/base/limits.hpp"
+#include "server/store/database.hpp"
 #include "tests/unit/store/store_fixture.hpp"
 
 namespace tessera::server {
@@ -97,6 +98,58 @@ TEST_F(StoreTest, KeepsTheNewestFailuresOfEachJobAndCountsAll) {
   const std::map<JobId, std::uint64_t> counts{{1, 2}, {2, Store::failures_kept + 5}};
   EXPECT_EQ(store->failure_counts(), counts);
   EXPECT_TRUE(store->failures(3).empty());
+}
+
+TEST_F(StoreTest, KeepsQuarantinesByNameUntilTheyAreRemoved) {
+  const Quarantine one{"render-1", "its fan is broken", "user", 1'700'000'000'001};
+  const Quarantine two{"render-2", "it failed on 2 jobs", "server", 1'700'000'000'002};
+  const Quarantine other{"render-1", "its disk is full", "user", 1'700'000'000'003};
+  {
+    const auto store = open();
+    for (const Quarantine& quarantine : {two, one, other}) store->put_quarantine(quarantine);
+    EXPECT_EQ(store->quarantines(), (std::vector<Quarantine>{other, two}));
+  }
+  const auto store = open();
+  EXPECT_EQ(store->quarantines(), (std::vector<Quarantine>{other, two}));
+  store->remove_quarantine("render-1");
+  store->remove_quarantine("nobody");
+  EXPECT_EQ(store->quarantines(), std::vector<Quarantine>{two});
+}
+
+TEST_F(StoreTest, DatabaseOfTheVersionBeforeIsBroughtToThisOneWithAllThatIsInIt) {
+  JobId job = 0;
+  {
+    const auto store = open();
+    job = store->put_job(job_record());
+    append(*store, job, {1, 0, 0});
+  }
+  Database(folder_ / "tessera.db", Database::Mode::read_write)
+      .execute(
+          "DROP TABLE quarantines; ALTER TABLE jobs DROP COLUMN shortened_from; PRAGMA "
+          "user_version = 4");
+  const auto store = open();
+  ASSERT_EQ(store->list_jobs().size(), 1U);
+  JobRecord record = store->list_jobs().front();
+  EXPECT_EQ(record.spec.name, "cornell");
+  EXPECT_EQ(record.shortened_from, 0);
+  expect_readable(*store, job, 1);
+  record.shortened_from = 4096;
+  store->update_job(record);
+  EXPECT_EQ(store->list_jobs().front().shortened_from, 4096);
+  store->put_quarantine({"render-1", "", "user", 1});
+  EXPECT_EQ(store->quarantines().size(), 1U);
+}
+
+TEST_F(StoreTest, ForgottenJobTakesItsFailuresAlong) {
+  const auto store = open();
+  const JobId gone = store->put_job(job_record()), stays = store->put_job(job_record());
+  FailureRecord failure;
+  failure.outcome = "lost";
+  for (const JobId job : {gone, stays}) store->add_failures(job, {&failure, 1});
+  store->forget_job(gone);
+  EXPECT_TRUE(store->failures(gone).empty());
+  EXPECT_EQ(store->failures(stays).size(), 1U);
+  EXPECT_EQ(store->failure_counts().size(), 1U);
 }
 
 TEST_F(StoreTest, SkippedNumbersAreGivenToNoJob) {

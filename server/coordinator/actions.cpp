@@ -1,0 +1,105 @@
+#include "common/base/log.hpp"
+#include "server/coordinator/impl.hpp"
+
+/// What the scheduler wants done, done.
+namespace tessera::server {
+
+namespace {
+
+Instant now() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+void CoordinatorImpl::perform(const Actions& actions) {
+  for (const Action& action : actions)
+    std::visit([this](const auto& one) { perform_one(one); }, action);
+  wake_in_time();
+}
+
+void CoordinatorImpl::perform_one(const GrantLease& grant) {
+  Job* job = find(grant.job);
+  const auto found = workers_.find(grant.worker);
+  if (!job || found == workers_.end()) return;
+  if (!job->first_lease && !job->ending) {
+    job->first_lease = now();
+    job->record.started = unix_millis_now();
+    if (job->record.state == "queued") job->record.state = "rendering";
+    keep(*job);
+    tell_job(grant.job);
+  }
+  ++counters_.leases_granted;
+  wire::Assign assign;
+  assign.lease = grant.lease;
+  assign.job = grant.job;
+  assign.plan = job->plan->digest;
+  assign.task = grant.task;
+  if (found->second.told.insert(grant.job).second) assign.spec = job->plan->spec;
+  found->second.link->send(std::move(assign));
+}
+
+void CoordinatorImpl::perform_one(const RevokeLeases& revoke) {
+  counters_.leases_revoked += revoke.leases.size();
+  if (revoke.expired) counters_.leases_expired += revoke.leases.size();
+  constexpr std::size_t most = 4096;  // wire::leases_per_message
+  for (std::size_t first = 0; first < revoke.leases.size(); first += most) {
+    const auto from = revoke.leases.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto to = revoke.leases.begin() +
+                    static_cast<std::ptrdiff_t>(std::min(first + most, revoke.leases.size()));
+    send(revoke.worker, wire::Revoke{{from, to}, revoke.reason});
+  }
+}
+
+void CoordinatorImpl::perform_one(const DropWorker& drop) {
+  const auto found = workers_.find(drop.worker);
+  if (found == workers_.end()) return;
+  log::warn("worker {} ({}) is dropped: {}", drop.worker, found->second.info.name, drop.reason);
+  found->second.link->close(drop.reason);
+}
+
+void CoordinatorImpl::perform_one(const JobFailed& failed) {
+  Job* job = find(failed.job);
+  if (!job || job->ending || job->ended) return;
+  job->ending = true;
+  if (job->broken) return;
+  log::error("job {} has failed: {}", failed.job, failed.reason);
+  crew_.start("a job's failure", abandon_job(failed.job, "failed", failed.reason));
+}
+
+void CoordinatorImpl::perform_one(const JobShortened& shortened) {
+  Job* job = find(shortened.job);
+  // A cancel that is being kept may yet be refused by the disk, and then this stands.
+  if (!job || job->ended) return;
+  log::info("job {}: its time is up; it ends with {} of {} samples", shortened.job,
+            shortened.samples, job->record.spec.render.samples);
+  job->record.shortened_from = job->record.spec.render.samples;
+  job->record.spec.render.samples = shortened.samples;
+  job->shortened = true;
+  job->spec_changed();
+}
+
+void CoordinatorImpl::perform_one(const JobFinished& finished) {
+  Job* job = find(finished.job);
+  if (!job || job->ending || job->ended) return;
+  job->ending = true;
+  if (!job->last_fold) job->last_fold = now();
+  crew_.start("a job's end", finish_job(finished.job));
+}
+
+void CoordinatorImpl::perform_one(const FrameFinished& finished) {
+  const Job* job = find(finished.job);
+  if (job && !job->files.contains(finished.frame))
+    crew_.start("a frame's file", finish_frame(finished.job, finished.frame));
+}
+
+void CoordinatorImpl::tile_folded(JobId id, std::int32_t frame, std::uint32_t tile,
+                                  std::uint32_t passes) {
+  Job* job = find(id);
+  if (!job) return;
+  job->last_fold = now();
+  frame_news_.changed(id, frame, now());
+  tell_job(id);
+  perform(scheduler_.tile_folded(id, frame, tile, passes, now()));
+  compact_in_time(id, frame);
+}
+
+}  // namespace tessera::server
