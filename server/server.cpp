@@ -24,8 +24,6 @@ namespace tessera::server {
 namespace {
 
 constexpr std::size_t token_least = 16;  ///< characters, off loopback
-constexpr std::int64_t partial_age =
-    7 * 24 * 3600;  ///< seconds after which an upload that broke off is forgotten
 constexpr std::size_t file_threads = 2;
 
 [[noreturn]] void bad(const std::string& message) { throw Error(ErrorKind::bad_input, message); }
@@ -90,18 +88,8 @@ struct Server::State {
       abandon(context);
       throw;
     }
-    boost::asio::post(files, [this] { forget_old_uploads(); });
   }
   ~State() { files.join(); }
-
-  /// On the pool, where an exception would end the process.
-  void forget_old_uploads() {
-    try {
-      blobs.remove_partials(partial_age);
-    } catch (const std::exception& error) {
-      log::warn("uploads that broke off could not be removed: {}", error.what());
-    }
-  }
 
   void listen(boost::asio::io_context& context) {
     HttpSettings http;

@@ -35,7 +35,12 @@ std::uint64_t PinBoard::pin(std::vector<Digest> digests) {
   const Held held = hold();
   const std::uint64_t number = ++last_;
   pins_.emplace(number, std::move(digests));
-  publish();
+  try {
+    publish();
+  } catch (...) {
+    pins_.erase(number);  // whoever asked does not know its number
+    throw;
+  }
   return number;
 }
 

@@ -185,8 +185,9 @@ class Coordinator {
   /// of a job that was submitted with them. Durable when it resumes. Also throws Error{bad_input}
   /// if it has that many already, or the limits do not allow it.
   virtual boost::asio::awaitable<void> extend(JobId id, std::int64_t samples) = 0;
-  /// Why new jobs and uploads are refused at present: the disk; empty: they are not.
-  [[nodiscard]] virtual std::string lacks_room() const = 0;
+  /// Why new jobs, or an upload of `more` bytes, are refused at present: the disk; empty: they are
+  /// not.
+  [[nodiscard]] virtual std::string lacks_room(std::uint64_t more) const = 0;
   [[nodiscard]] virtual StorageUse storage() const = 0;
 
   // ---- pictures ----

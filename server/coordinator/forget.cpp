@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What ends or keeps something of a job that has ended: longer only where the disk refuses it.
-constexpr Duration rest_patience = std::chrono::seconds(30);
+constexpr Duration rest_patience = std::chrono::seconds(20);
 constexpr Duration rest_look = std::chrono::milliseconds(20);
 
 Instant now() { return std::chrono::steady_clock::now(); }
@@ -93,7 +93,12 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_expired() {
       expired.push_back(id);
   for (const JobId id : expired) {
     const Job* job = find(id);
-    if (job && job->at_rest()) co_await forget_job(id, "it ended longer ago than jobs are kept");
+    if (!job || !job->at_rest()) continue;
+    try {
+      co_await forget_job(id, "it ended longer ago than jobs are kept");
+    } catch (const std::exception& error) {
+      log::warn("job {} could not be forgotten: {}", id, error.what());  // tried again
+    }
   }
 }
 

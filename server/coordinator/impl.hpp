@@ -57,7 +57,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<std::vector<FailureRecord>> failures(JobId id) override;
 
   // ---- room.cpp ----
-  [[nodiscard]] std::string lacks_room() const override;
+  [[nodiscard]] std::string lacks_room(std::uint64_t more) const override;
   [[nodiscard]] StorageUse storage() const override;
 
   // ---- pictures.cpp ----
@@ -188,6 +188,7 @@ class CoordinatorImpl : public Coordinator {
   void begin_house();
   boost::asio::awaitable<void> keep_house();
   boost::asio::awaitable<void> collect_blobs();
+  boost::asio::awaitable<void> measure(bool walk);
   /// At a start: folders of jobs that were being forgotten go, or are the job's again if the store
   /// did not come to it. Those of jobs that no record knows stay; no new job gets their numbers.
   void settle_job_folders(const std::vector<JobRecord>& records);

@@ -121,7 +121,7 @@ boost::asio::awaitable<Submitted> CoordinatorImpl::submit_once(JobSpec spec,
 }
 
 boost::asio::awaitable<JobId> CoordinatorImpl::put_job(JobRecord record) {
-  if (const std::string reason = lacks_room(); !reason.empty())
+  if (const std::string reason = lacks_room(0); !reason.empty())
     throw Error(ErrorKind::no_room, reason);
   check_film(record.spec, settings_.film_memory);
   const std::function<Pins()> look = [this, bundle = record.spec.bundle] {

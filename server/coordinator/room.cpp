@@ -15,6 +15,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t looks_per_walk = 12;         // with the usual pause: a minute
 constexpr std::uint64_t looks_per_collection = 120;  // ten
+constexpr std::int64_t upload_age = 7 * 24 * 3600;   // seconds
+constexpr std::int64_t upload_age_when_full = 3600;
 
 std::uint64_t bytes_below(const fs::path& folder) {
   std::uint64_t total = 0;
@@ -39,7 +41,9 @@ void add_needed(const assets::BlobStore& blobs, const Digest& bundle, std::set<D
 
 }  // namespace
 
-std::string CoordinatorImpl::lacks_room() const { return refusal_of(storage(), reserve_); }
+std::string CoordinatorImpl::lacks_room(std::uint64_t more) const {
+  return refusal_of(storage(), reserve_, more);
+}
 
 StorageUse CoordinatorImpl::storage() const {
   StorageUse use = measured_;
@@ -73,17 +77,21 @@ boost::asio::awaitable<void> CoordinatorImpl::keep_house() {
   for (std::uint64_t look = 0; !crew_.stopping(); ++look) {
     co_await crew_.pause(settings_.upkeep);
     if (crew_.stopping()) co_return;
-    try {
-      co_await forget_expired();
-      if (look % looks_per_collection == 0 || collect_soon_) co_await collect_blobs();
-      const bool walk = look % looks_per_walk == 0 || settings_.disk_limit > 0;
-      const std::function<StorageUse()> measure = [this, walk, before = measured_] {
-        return look_at_disk(before, walk);
-      };
-      measured_ = co_await on<StorageUse>(upkeep_, measure);
-    } catch (const std::exception& error) {
-      log::warn("the data folder could not be looked after: {}", error.what());
-    }
+    // What fails in one of these must not keep the others from their part.
+    co_await forget_expired();
+    if (look % looks_per_collection == 0 || collect_soon_) co_await collect_blobs();
+    co_await measure(look % looks_per_walk == 0 || settings_.disk_limit > 0);
+  }
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::measure(bool walk) {
+  const std::function<StorageUse()> look = [this, walk, before = measured_] {
+    return look_at_disk(before, walk);
+  };
+  try {
+    measured_ = co_await on<StorageUse>(upkeep_, look);
+  } catch (const std::exception& error) {
+    log::warn("how full the disk is could not be seen: {}", error.what());
   }
 }
 
@@ -99,8 +107,23 @@ boost::asio::awaitable<void> CoordinatorImpl::collect_blobs() {
     for (const Digest& bundle : bundles) add_needed(blobs_, bundle, needed);
     return blobs_.collect(needed, grace);
   };
-  const std::uint64_t removed = co_await on<std::uint64_t>(upkeep_, collect);
-  if (removed > 0) log::info("{} of blobs that no job needs are removed", bytes_text(removed));
+  // An upload that broke off may go on; where room is short it has an hour for that.
+  const std::int64_t age = lacks_room(0).empty() ? upload_age : upload_age_when_full;
+  const std::function<char()> forget = [this, age] {
+    blobs_.remove_partials(age);
+    return char{};
+  };
+  try {
+    const std::uint64_t removed = co_await on<std::uint64_t>(upkeep_, collect);
+    if (removed > 0) log::info("{} of blobs that no job needs are removed", bytes_text(removed));
+  } catch (const std::exception& error) {
+    log::warn("blobs that no job needs could not be removed: {}", error.what());
+  }
+  try {
+    co_await on<char>(upkeep_, forget);
+  } catch (const std::exception& error) {
+    log::warn("uploads that broke off could not be removed: {}", error.what());
+  }
 }
 
 }  // namespace tessera::server

@@ -21,12 +21,20 @@ std::string bytes_text(std::uint64_t bytes) {
   return fmt::format("{:.2f} {}", value, units[unit]);
 }
 
-std::string refusal_of(const StorageUse& use, std::uint64_t reserve) {
+std::string refusal_of(const StorageUse& use, std::uint64_t reserve, std::uint64_t more) {
   if (use.disk_most > 0 && use.on_disk() >= use.disk_most)
     return fmt::format(
         "the server keeps {} and may keep {} (--disk-limit): nothing new is taken, and jobs that "
         "are here go on",
         bytes_text(use.on_disk()), bytes_text(use.disk_most));
+  if (use.disk_most > 0 && more > use.disk_most - use.on_disk())
+    return fmt::format("the server keeps {} and may keep {} (--disk-limit): {} more are too many",
+                       bytes_text(use.on_disk()), bytes_text(use.disk_most), bytes_text(more));
+  if (more > 0 && use.disk_free >= reserve && more > use.disk_free - reserve)
+    return fmt::format(
+        "the server's file system has {} left, of which the last {} are kept for the jobs that are "
+        "here: {} more are too many",
+        bytes_text(use.disk_free), bytes_text(reserve), bytes_text(more));
   if (use.disk_free < reserve)
     return fmt::format(
         "the server's file system has {} left, and the last {} are kept for the jobs that are "

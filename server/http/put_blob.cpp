@@ -78,6 +78,12 @@ struct Upload {
   std::optional<std::uint64_t> gap_at;
 };
 
+/// What is coming must leave the jobs that are here their reserve.
+void refuse_beyond_room(const Call& call, std::uint64_t coming) {
+  if (const std::string reason = call.api.coordinator.lacks_room(coming); !reason.empty())
+    throw Error(ErrorKind::no_room, reason);
+}
+
 boost::asio::awaitable<Upload> receive(Call& call, const Digest& digest, std::uint64_t offset,
                                        std::uint64_t most) {
   Upload upload{offset, std::nullopt};
@@ -89,6 +95,7 @@ boost::asio::awaitable<Upload> receive(Call& call, const Digest& digest, std::ui
     if (size > most - upload.position)
       throw Error(ErrorKind::too_large,
                   fmt::format("the body goes beyond the {} bytes that the blob may have", most));
+    refuse_beyond_room(call, size);
     const std::span<const std::byte> piece = std::span(buffer).first(size);
     const std::function<Appended()> work = [&blobs = call.api.blobs, digest, at = upload.position,
                                             piece] {
@@ -136,8 +143,7 @@ HandlerResult put_blob(Call& call) {
   };
   BlobState before = co_await on_files<BlobState>(call.api, renew);
   if (before.size) co_return stored(200, digest, *before.size);
-  if (const std::string reason = call.api.coordinator.lacks_room(); !reason.empty())
-    throw Error(ErrorKind::no_room, reason);
+  refuse_beyond_room(call, total ? *total - offset : coming);
   const Upload upload = co_await receive(call, digest, offset, most);
   if (upload.gap_at) {
     before = co_await blob_state(call.api, digest);

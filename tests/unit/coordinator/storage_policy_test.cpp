@@ -25,6 +25,12 @@ TEST(Room, there_is_some_below_the_limit_and_above_the_reserve) {
   EXPECT_THAT(refusal_of(use(1000, 0, 50), 50), IsEmpty()) << "no limit";
 }
 
+TEST(Room, an_upload_may_take_what_is_below_the_limit_and_above_the_reserve_and_no_more) {
+  EXPECT_THAT(refusal_of(use(90, 100, 60), 50, 10), IsEmpty());
+  EXPECT_THAT(refusal_of(use(90, 100, 100), 50, 11), HasSubstr("--disk-limit"));
+  EXPECT_THAT(refusal_of(use(0, 100, 60), 50, 11), HasSubstr("11 bytes more are too many"));
+}
+
 TEST(Room, refusals_say_the_numbers_and_what_can_be_done) {
   const std::string limit = refusal_of(use(4096, 4096, 1 << 20), 50);
   EXPECT_THAT(limit, HasSubstr("keeps 4.00 KiB and may keep 4.00 KiB"));

@@ -132,8 +132,11 @@ class FakeCoordinator : public Coordinator {
     known.at(id).view.state = "queued";
     co_return;
   }
-  std::string full;  ///< why nothing new is taken
-  [[nodiscard]] std::string lacks_room() const override { return full; }
+  std::string full;                   ///< why nothing new is taken
+  std::optional<std::uint64_t> room;  ///< uploads of so many bytes are, though
+  [[nodiscard]] std::string lacks_room(std::uint64_t more) const override {
+    return room && more <= *room ? std::string() : full;
+  }
   StorageUse stored;
   [[nodiscard]] StorageUse storage() const override { return stored; }
 

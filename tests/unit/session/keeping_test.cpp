@@ -205,7 +205,7 @@ TEST_F(Keeping, BeyondTheDiskLimitNothingNewIsTakenAndWhatIsHereGoesOn) {
   restart();
   ScriptedWorker worker("w");
   const auto scenario = [&]() -> awaitable<void> {
-    EXPECT_THAT(farm.coordinator->lacks_room(), HasSubstr("--disk-limit"));
+    EXPECT_THAT(farm.coordinator->lacks_room(0), HasSubstr("--disk-limit"));
     bool refused = false;
     try {
       co_await farm.coordinator->submit(spec);
