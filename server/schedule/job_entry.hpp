@@ -47,9 +47,9 @@ struct JobEntry {
   std::unordered_map<TaskId, LeaseId> journaling;
 
   std::set<std::string> unable;  // identities that could not prepare it and are not asked again
-  std::set<std::string> unable_ever;
-  int unable_times = 0;
-  std::string unable_reason;  // the last
+  std::set<std::string> unable_names;  // of workers that could not, since a worker was ready
+  int unable_times = 0;                // … how often
+  std::string unable_reason;           // the last
 
   std::set<std::string> lost_preparing;  // identities, since a worker was ready
   Instant last_lost_preparing = Instant::min();
@@ -96,6 +96,8 @@ struct JobEntry {
   /// A worker was ready so long after its first lease.
   void prepared_in(double took) {
     lost_preparing.clear();
+    unable_names.clear();
+    unable_times = 0;
     preparation_seconds =
         preparation_seconds == 0 ? took : 0.75 * preparation_seconds + 0.25 * took;
   }

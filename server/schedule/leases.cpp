@@ -74,24 +74,6 @@ void Scheduler::State::lost_while_running(JobEntry& job, const TaskId& task, con
        actions);
 }
 
-void Scheduler::State::lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now,
-                                            Actions& actions) {
-  crashed[{job.plan().spec.bundle, lost.info.name}].insert(lost.info.identity);
-  // Workers that are lost at once may have been lost with a switch or a rack.
-  const auto part = lost.parts.find(job.id);
-  if (part == lost.parts.end() || part->second.begun < job.last_lost_preparing) return;
-  job.last_lost_preparing = now;
-  job.lost_preparing.insert(lost.info.identity);
-  const bool prepared = std::any_of(workers.begin(), workers.end(), [&](const auto& entry) {
-    const auto its = entry.second.parts.find(job.id);
-    return its != entry.second.parts.end() && its->second.ready;
-  });
-  if (prepared || job.lost_preparing.size() < static_cast<std::size_t>(settings.deaths_alone))
-    return;
-  fail(job, fmt::format("preparing its scene ended {} workers in a row", job.lost_preparing.size()),
-       actions);
-}
-
 void Scheduler::State::give_back(WorkerEntry& worker, std::uint64_t number,
                                  const std::optional<Charge>& charge, Actions& actions) {
   const bool alone = worker.alone;
@@ -183,72 +165,6 @@ void Scheduler::State::rest(WorkerEntry& worker, Instant now) {
   worker.rests = now + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(pause));
   timers.arm(worker, worker.due(settings));
   touched.insert(worker.id);
-}
-
-void Scheduler::State::judge_preparation(JobEntry& job, const std::string& reason,
-                                         Actions& actions) {
-  const auto most = static_cast<std::size_t>(settings.errors_said);
-  const bool nobody_left = !anyone_else(job, job.unable);
-  if (job.unable_ever.size() >= most ||
-      (nobody_left && static_cast<std::size_t>(job.unable_times) >= most)) {
-    fail(job, fmt::format("no worker could prepare it, last: {}", reason), actions);
-  } else if (nobody_left) {
-    job.unable.clear();
-    work_appeared = true;
-  }
-}
-
-void Scheduler::State::could_not_prepare(WorkerEntry& worker, JobEntry& job,
-                                         const std::string& reason, Instant now, Actions& actions) {
-  std::vector<HeldLease> given_back;
-  for (auto held = worker.leases.begin(); held != worker.leases.end();) {
-    const std::uint64_t number = (held++)->first;
-    if (worker.leases.at(number).job == job.id) given_back.push_back(end_lease(worker, number));
-  }
-  worker.parts.erase(job.id);
-  job.unable.insert(worker.info.identity);
-  job.unable_ever.insert(worker.info.identity);
-  ++job.unable_times;
-  job.unable_reason = reason;
-  rest(worker, now);
-  fault_of(worker, job.id, reason);
-  for (const HeldLease& held : given_back) put_back(job, held.task);
-  judge_preparation(job, reason, actions);
-}
-
-void Scheduler::State::give_up_preparation(WorkerEntry& worker, Instant now, Actions& actions) {
-  const JobId id = worker.leases.begin()->second.job;
-  const std::string reason =
-      fmt::format("its preparation did not get on for {:.0f} s", seconds(settings.preparation));
-  RevokeLeases revoke{worker.id, {}, reason, true};
-  for (const auto& [number, held] : worker.leases)
-    if (held.job == id) revoke.leases.push_back(held.id);
-  const std::vector<LeaseId> given_up = revoke.leases;
-  actions.emplace_back(std::move(revoke));
-  worker.got_on = now;  // what it may prepare next begins now
-  if (worker.hung) {
-    // It had no chance to begin with this one.
-    for (const LeaseId& lease : given_up) give_back(worker, lease.number, std::nullopt, actions);
-    worker.parts.erase(id);
-    return count_without();
-  }
-  hangs(worker, id);
-  actions.emplace_back(preparation_failed(worker, id, AttemptFailed::Outcome::stalled, reason));
-  if (JobEntry* entry = live_job(id)) could_not_prepare(worker, *entry, reason, now, actions);
-}
-
-void Scheduler::State::hangs(WorkerEntry& worker, JobId job) {
-  worker.hung_said = true;
-  if (std::exchange(worker.hung, job) == job) return;
-  timers.arm(worker, worker.due(settings));
-}
-
-void Scheduler::State::still_hangs(WorkerEntry& worker, Instant now, Actions& actions) {
-  worker.got_on = now;
-  JobEntry* entry = live_job(*worker.hung);
-  if (entry == nullptr || !entry->unable_ever.contains(worker.info.identity)) return;
-  ++entry->unable_times;
-  judge_preparation(*entry, entry->unable_reason, actions);
 }
 
 void Scheduler::State::offend(WorkerEntry& worker) {

@@ -50,8 +50,8 @@ struct SchedulerSettings {
   int deaths_alone = 3;  ///< of a suspect that ran alone: its job fails
   int errors_said = 3;   ///< by different workers for one task: its job fails
   int offences = 3;  ///< results rejected or invalid: the worker is dropped, and granted no more
-  /// Jobs on which a worker failed since its last good result, while others render them: it is
-  /// granted no more.
+  /// Jobs of which a worker failed on tasks since its last good result, while others render them:
+  /// it is granted no more.
   int jobs_failed = 2;
 };
 
@@ -100,9 +100,9 @@ class Scheduler {
   void forget_job(JobId job);
 
   // ---- workers ----
-  /// The same identity keeps its id when it comes back after worker_left. If its earlier connection
-  /// has not ended yet, that one is dropped (DropWorker with the old id) and the new connection
-  /// gets a new id, so that a late worker_left of the old one cannot be mistaken.
+  /// The same identity keeps its id when it comes back after worker_left, if it is not long gone.
+  /// If its earlier connection has not ended yet, that one is dropped (DropWorker with the old id)
+  /// and the new one gets a new id: a late worker_left of the old one cannot be mistaken.
   struct Joined {
     WorkerId worker = 0;
     Actions actions;

@@ -1,10 +1,12 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <deque>
 #include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "server/schedule/finish.hpp"
@@ -33,11 +35,17 @@ struct Scheduler::State {
   struct Identity {
     WorkerId worker = 0;
     bool connected = false;  // worker_left of its last connection has not been said
+    std::uint64_t left = 0;  // its place among those that have gone
     int offences = 0;
-    std::map<JobId, std::string> failures;  // since its last good result: what it said
+    std::map<JobId, std::string> failures;  // of tasks, since its last good result: what it said
   };
   // Looked up, never walked through.
   std::unordered_map<std::string, Identity> identities;
+  /// Those that have gone and are known still, at most so many; the first to be forgotten in front.
+  /// Some have come back since.
+  static constexpr std::size_t away_most = 16384;
+  std::deque<std::pair<std::uint64_t, std::string>> away;
+  std::uint64_t last_left = 0;
   /// Why workers of this name are granted nothing. A machine's fault outlives its processes.
   std::map<std::string, std::string> quarantines;
   std::unordered_map<WorkerId, std::string>
@@ -130,8 +138,6 @@ struct Scheduler::State {
   void unreserve(WorkerEntry& worker);
   void lost_while_running(JobEntry& job, const TaskId& task, const WorkerInfo& lost, bool alone,
                           Actions& actions);
-  /// The worker was lost while it built this job's scene.
-  void lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now, Actions& actions);
   /// What a worker is charged with.
   struct Charge {
     AttemptFailed::Outcome outcome = AttemptFailed::Outcome::lost;
@@ -151,6 +157,21 @@ struct Scheduler::State {
   /// After an error, ever longer with each in a row: a broken worker does not race through the
   /// tasks.
   void rest(WorkerEntry& worker, Instant now);
+  void offend(WorkerEntry& worker);
+  /// It failed where others do not: on tasks of different jobs, that bars it.
+  void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);
+  /// Gives the workers of that name.
+  std::vector<WorkerEntry*> bar(const std::string& name, const std::string& reason);
+
+  // ---- preparation.cpp: scenes that could not be built ----
+  /// A connected worker has the scene.
+  [[nodiscard]] bool anyone_ready(const JobEntry& job) const;
+  /// Names of the workers that hold leases and have not built it yet.
+  [[nodiscard]] std::size_t names_preparing(const JobEntry& job) const;
+  /// The worker was lost while it built this job's scene.
+  void lost_while_preparing(JobEntry& job, const WorkerEntry& lost, Instant now, Actions& actions);
+  /// Fails the job, if nobody has prepared it: where workers of several names could not, and no
+  /// fewer than still try; or all that are here, again and again.
   void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
   /// All its leases of the job are given back, and it is not asked again while others are there.
   void could_not_prepare(WorkerEntry& worker, JobEntry& job, const std::string& reason, Instant now,
@@ -161,11 +182,6 @@ struct Scheduler::State {
   void hangs(WorkerEntry& worker, JobId job);
   /// … for as long again as a preparation may stand still: as if it had been asked once more.
   void still_hangs(WorkerEntry& worker, Instant now, Actions& actions);
-  void offend(WorkerEntry& worker);
-  /// It failed where others do not: on tasks of different jobs, that bars it.
-  void fault_of(WorkerEntry& worker, JobId job, const std::string& reason);
-  /// Gives the workers of that name.
-  std::vector<WorkerEntry*> bar(const std::string& name, const std::string& reason);
 
   // ---- pace.cpp ----
   /// What is known of how fast it gets on; nothing while no speed is. O(leases of its workers).
@@ -202,6 +218,8 @@ struct Scheduler::State {
   void fail(JobEntry& job, const std::string& reason, Actions& actions);
 
   // ---- workers.cpp ----
+  /// Its last connection has ended. Of those that went before many others, nothing is kept.
+  void went_away(const std::string& identity);
   /// A worker has gone or stands still: what waited for it alone is for the others.
   void count_without();
   void disconnect(WorkerId id, const std::optional<Charge>& charge, Instant now, Actions& actions);

@@ -19,7 +19,7 @@ std::string Scheduler::State::waiting_for(const JobEntry& job) const {
     ++usable;
     // Where nobody else is left to ask, one that could not is asked again after its rest.
     const bool unable = job.unable.contains(worker.info.identity) ||
-                        (worker.rests && job.unable_ever.contains(worker.info.identity));
+                        (worker.rests && job.unable_names.contains(worker.info.name));
     if (!unable) all_unable = false;
   }
   if (of_its_build == 0) {

@@ -64,7 +64,8 @@ struct WorkerEntry {
   /// It builds this job's scene though it holds no lease of it, so that it can build no other: said
   /// anew with each progress.
   std::optional<JobId> hung;
-  bool hung_said = false;  // since its last progress
+  bool hung_said = false;    // since its last progress
+  bool hung_counts = false;  // it was given up there: more of it is held against the job
   std::map<JobId, Part> parts;
   std::int64_t tasks_done = 0;
   Instant joined;

@@ -34,6 +34,20 @@ std::set<JobId> in_preparation(const WorkerEntry& worker) {
 
 }  // namespace
 
+void Scheduler::State::went_away(const std::string& identity) {
+  Identity& gone = identities.at(identity);
+  gone.connected = false;
+  gone.left = ++last_left;
+  away.emplace_back(gone.left, identity);
+  while (away.size() > away_most) {
+    const auto& [left, first] = away.front();
+    const auto known = identities.find(first);
+    if (known != identities.end() && !known->second.connected && known->second.left == left)
+      identities.erase(known);
+    away.pop_front();
+  }
+}
+
 void Scheduler::State::count_without() {
   // The last that a scene did not crash, or that a suspect was not lost with, may have gone.
   work_appeared = true;
@@ -105,11 +119,12 @@ Scheduler::Joined Scheduler::worker_joined(const WorkerInfo& info, Instant now) 
 Actions Scheduler::worker_left(WorkerId worker, bool clean, Instant now) {
   Actions actions;
   if (const auto told = state_->dropped.find(worker); told != state_->dropped.end()) {
-    State::Identity& identity = state_->identities[told->second];
-    if (identity.worker == worker) identity.connected = false;
+    const auto identity = state_->identities.find(told->second);
+    if (identity != state_->identities.end() && identity->second.worker == worker)
+      state_->went_away(told->second);
     state_->dropped.erase(told);
   } else if (const WorkerEntry* entry = state_->worker(worker)) {
-    state_->identities[entry->info.identity].connected = false;
+    state_->went_away(entry->info.identity);
     std::optional<State::Charge> charge;
     if (!clean && !entry->draining)
       charge = {AttemptFailed::Outcome::lost, "its connection ended without a word"};

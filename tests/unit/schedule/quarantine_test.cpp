@@ -183,8 +183,7 @@ TEST_F(QuarantineTest, APreparationThatDoesNotGetOnFailsThoughItsWorkerSaysThatI
   EXPECT_EQ(held_[hung].size(), 2U) << "it got on in between";
   const WorkerId other = join("other");
   ASSERT_EQ(held_[other].size(), 2U);
-  while (!held_[other].empty()) finish_one(other);
-  take(scheduler_.drain_worker(other, now_));
+  leave(other, true);
   EXPECT_TRUE(revoked_.empty());
   says_preparing(8, 0.2);
   EXPECT_EQ(revoked_.size(), 2U);
