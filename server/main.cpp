@@ -1,5 +1,4 @@
 #include <malloc.h>
-#include <sys/resource.h>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -8,12 +7,15 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/log.hpp"
+#include "common/base/open_files.hpp"
 #include "server/options.hpp"
 #include "server/server.hpp"
 
@@ -27,10 +29,14 @@ constexpr std::chrono::seconds stop_time{15};
 
 /// Every connection takes a descriptor: as many as the system lets us have.
 void raise_file_limit() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
+  constexpr std::uint64_t files = 512;  // the store's, and those that are being sent
+  constexpr std::uint64_t all = limits::workers_max + limits::http_connections_max + files;
+  const std::uint64_t limit = raise_open_files_limit();
+  if (limit >= all) return;
+  log::warn(
+      "at most {} files may be open, which is the most connections too: {} would do for {} "
+      "workers; raise the hard limit (ulimit -Hn, LimitNOFILE=)",
+      limit, all, limits::workers_max);
 }
 
 /// A result of 64×64 pixels is some blocks of 200 KiB to 450 KiB, which the C library would fetch

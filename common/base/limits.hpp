@@ -27,11 +27,12 @@ constexpr std::size_t wire_header_before_welcome = 4 * KiB;
 constexpr std::size_t wire_header = 256 * KiB;
 constexpr std::size_t wire_body = 64 * MiB;
 constexpr std::size_t wire_chunk = 64 * KiB;
-constexpr std::size_t connections_max = 4096;      ///< of each listener
+constexpr std::size_t workers_max = 16384;         ///< connections to the workers' port
 constexpr std::chrono::seconds handshake_time{5};  ///< from the connection to `hello`
 constexpr std::chrono::seconds frame_time{30};     ///< from a frame's first byte to its last
 
 // HTTP.
+constexpr std::size_t http_connections_max = 4096;
 constexpr std::size_t http_header = 16 * KiB;
 constexpr std::size_t http_json_body = 4 * MiB;
 constexpr std::chrono::seconds http_idle_time{60};

@@ -15,7 +15,7 @@ namespace tessera::server {
 struct HttpSettings {
   std::string address = "127.0.0.1";  ///< to listen on: an IP address
   std::uint16_t port = 8420;          ///< 0 picks one; HttpListener::port() says which
-  std::size_t connections_max = limits::connections_max;
+  std::size_t connections_max = limits::http_connections_max;
   Duration idle_time =
       limits::http_idle_time;  ///< for a whole header, or the next 64 KiB of a body
   Duration write_time = limits::http_write_time;  ///< for the next 64 KiB of an answer

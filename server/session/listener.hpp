@@ -21,7 +21,7 @@ struct SessionSettings {
   std::uint16_t http_port = 8420;  ///< where blobs are served, for a blob_url that is made
   std::string blob_token;          ///< given to workers, to be shown when they fetch blobs
   Duration heartbeat = std::chrono::seconds(1);  ///< asked of workers: SchedulerSettings::heartbeat
-  std::size_t connections_max = limits::connections_max;
+  std::size_t connections_max = limits::workers_max;
   Duration handshake_time = limits::handshake_time;
 };
 
