@@ -96,4 +96,7 @@ struct Material {
   std::int32_t priority = 0;  ///< of nested dielectrics: where several overlap the greatest counts
 };
 
+/// True if light may come from the material itself, and not for the eye alone.
+bool is_light(const Material& material);
+
 }  // namespace tessera::scene

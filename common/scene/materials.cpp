@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <unordered_map>
+#include <utility>
 
 #include "common/base/names.hpp"
+#include "common/scene/metals.hpp"
 #include "common/scene/parts.hpp"
 
 namespace tessera::scene {
@@ -11,9 +15,13 @@ namespace {
 
 using Surface = decltype(Material::surface);
 
+constexpr double degrees = 3.14159265358979323846 / 180;
+constexpr double index_most = 100;
+
 Surface diffuse(Fields& in) {
   Diffuse out;
   out.reflectance = in.color_or("reflectance", 1, out.reflectance);
+  out.roughness = in.number_or("roughness", 0, 1, out.roughness);
   return out;
 }
 Surface mirror(Fields& in) {
@@ -21,11 +29,30 @@ Surface mirror(Fields& in) {
   out.reflectance = in.color_or("reflectance", 1, out.reflectance);
   return out;
 }
+
+/// What the inside of a closed shape absorbs.
+template <class Inside>
+void read_attenuation(Fields& in, Inside& out) {
+  out.attenuation_color = in.color_or("attenuation_color", 1, out.attenuation_color);
+  const auto distance = in.optional("attenuation_distance");
+  if (distance) out.attenuation_distance = distance->number(length_least, length_most);
+  if (distance.has_value() != in.has("attenuation_color")) {
+    in.self().fail(
+        "give attenuation_color and attenuation_distance together: what is left of light after "
+        "that distance");
+  }
+  if (distance && out.thin_walled)
+    distance->fail("what is thin-walled has no inside: give \"thin_walled\": false too");
+}
+
 Surface dielectric(Fields& in) {
   Dielectric out;
-  out.ior = in.number_or("ior", 0.01, 100, out.ior);
+  out.ior = in.number_or("ior", 0.01, index_most, out.ior);
   out.transmittance = in.color_or("transmittance", 1, out.transmittance);
   out.reflectance = in.color_or("reflectance", 1, out.reflectance);
+  out.roughness = in.number_or("roughness", 0, 1, out.roughness);
+  out.thin_walled = in.boolean_or("thin_walled", out.thin_walled);
+  read_attenuation(in, out);
   return out;
 }
 Surface emitter(Fields& in) {
@@ -36,20 +63,118 @@ Surface emitter(Fields& in) {
   return out;
 }
 
+Surface conductor(Fields& in) {
+  Conductor out;
+  const auto name = in.optional("name");
+  if (name && (in.has("eta") || in.has("k")))
+    name->fail("give a metal's name, or eta and k, and not both");
+  if (name) {
+    std::vector<std::string_view> names;
+    for (const Metal& metal : metals) names.push_back(metal.name);
+    const std::string& text = name->text();
+    const auto* const found = std::find_if(metals.begin(), metals.end(),
+                                           [&](const Metal& metal) { return metal.name == text; });
+    if (found == metals.end()) name->fail(unknown_name("metal", text, names));
+    out.eta = found->eta;
+    out.k = found->k;
+  } else {
+    out.eta = in.required("eta").color(index_most);
+    out.k = in.required("k").color(index_most);
+  }
+  out.roughness = in.number_or("roughness", 0, 1, out.roughness);
+  out.anisotropy = in.number_or("anisotropy", 0, 1, out.anisotropy);
+  out.anisotropy_rotation = in.number_or("anisotropy_rotation", -360, 360, 0) * degrees;
+  return out;
+}
+
+Surface principled(Fields& in) {
+  Principled out;
+  const auto unit = [&in](std::string_view key, ScalarInput& input) {
+    input.factor = in.number_or(key, 0, 1, input.factor);
+  };
+  out.base_color.factor = in.color_or("base_color", 1, out.base_color.factor);
+  unit("metallic", out.metallic);
+  unit("roughness", out.roughness);
+  out.ior = in.number_or("ior", 1, index_most, out.ior);
+  unit("specular", out.specular);
+  out.specular_color.factor = in.color_or("specular_color", index_most, out.specular_color.factor);
+  unit("transmission", out.transmission);
+  out.thin_walled = in.boolean_or("thin_walled", out.thin_walled);
+  read_attenuation(in, out);
+  unit("clearcoat", out.clearcoat);
+  unit("clearcoat_roughness", out.clearcoat_roughness);
+  unit("anisotropy", out.anisotropy);
+  out.anisotropy_rotation = in.number_or("anisotropy_rotation", -360, 360, 0) * degrees;
+  out.emission.factor = in.color_or("emission", radiance_most, out.emission.factor);
+  out.unlit = in.boolean_or("unlit", out.unlit);
+  return out;
+}
+
+/// Its two materials are looked up when all have been read.
+Surface mix(Fields& in) {
+  Mix out;
+  (void)in.required("materials");
+  out.amount.factor = in.number_or("amount", 0, 1, out.amount.factor);
+  return out;
+}
+
 struct MaterialType {
   std::string_view name;
   Surface (*read)(Fields&);
 };
 /// Every type of material that a scene can name.
-constexpr std::array<MaterialType, 4> material_types{
-    {{"diffuse", diffuse}, {"mirror", mirror}, {"dielectric", dielectric}, {"emitter", emitter}}};
+constexpr std::array<MaterialType, 7> material_types{{{"diffuse", diffuse},
+                                                      {"mirror", mirror},
+                                                      {"dielectric", dielectric},
+                                                      {"emitter", emitter},
+                                                      {"conductor", conductor},
+                                                      {"principled", principled},
+                                                      {"mix", mix}}};
+
+/// What any material may say.
+void read_common(Fields& in, Material& out) {
+  if (const auto opacity = in.optional("opacity")) {
+    out.opacity.mode = Opacity::Mode::blend;
+    out.opacity.alpha.factor = opacity->number(0, 1);
+  }
+  out.back_culled = in.boolean_or("back_culled", out.back_culled);
+  out.priority = static_cast<std::int32_t>(in.integer_or("priority", -1000, 1000, out.priority));
+}
+
+using MaterialIndex = std::unordered_map<std::string, std::uint32_t>;
+
+/// One of the two that a mix names.
+std::uint32_t part_of_mix(const Value& value, const std::vector<Material>& all,
+                          const MaterialIndex& index) {
+  const std::string& name = value.text();
+  const auto found = index.find(name);
+  if (found == index.end()) {
+    std::vector<std::string_view> names;
+    for (const Material& material : all) names.push_back(material.name);
+    value.fail(unknown_name("material", name, names));
+  }
+  const Material& part = all[found->second];
+  if (std::holds_alternative<Mix>(part.surface)) value.fail("a mix cannot be part of a mix");
+  if (is_light(part)) value.fail("what emits cannot be part of a mix");
+  if (part.opacity.mode != Opacity::Mode::opaque || part.back_culled || part.priority != 0)
+    value.fail("opacity, back_culled and priority belong to the mix, not to its parts");
+  return found->second;
+}
 
 }  // namespace
+
+bool is_light(const Material& material) {
+  if (std::holds_alternative<Emitter>(material.surface)) return true;
+  const auto* const principled = std::get_if<Principled>(&material.surface);
+  return principled != nullptr && principled->emission.factor != Color{0, 0, 0};
+}
 
 std::vector<Material> read_materials(const Value& materials) {
   std::vector<std::string_view> types;
   for (const MaterialType& type : material_types) types.push_back(type.name);
   std::vector<Material> out;
+  MaterialIndex index;
+  std::vector<std::pair<std::size_t, Value>> mixes;
   for (const Value::Member& member : materials.members()) {
     if (out.size() == materials_most)
       member.key.fail(fmt::format("the scene has more than {} materials", materials_most));
@@ -58,9 +183,19 @@ std::vector<Material> read_materials(const Value& materials) {
       member.key.fail("expected a name of 1 to 128 bytes without control characters");
     Fields fields(member.value);
     const std::string type = read_name(fields, "type", "material type", types);
+    index.emplace(name, static_cast<std::uint32_t>(out.size()));
     for (const MaterialType& known : material_types)
       if (type == known.name) out.push_back({name, known.read(fields)});
+    read_common(fields, out.back());
+    if (type == "mix") mixes.emplace_back(out.size() - 1, fields.required("materials"));
     fields.finish();
+  }
+  for (const auto& [at, list] : mixes) {
+    const std::vector<Value> parts = list.items("a list of two materials");
+    if (parts.size() != 2) list.fail_expected("a list of two materials");
+    auto& mixed = std::get<Mix>(out[at].surface);
+    mixed.first = part_of_mix(parts[0], out, index);
+    mixed.second = part_of_mix(parts[1], out, index);
   }
   return out;
 }

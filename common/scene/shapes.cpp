@@ -91,8 +91,8 @@ void check_placed(const Shape& shape, const Transform& to_world, const Reading& 
                     "flatten space, "
                     "and cannot be undone",
                     shape.name));
-  const bool emits = std::holds_alternative<Emitter>(reading.materials[shape.material].surface);
-  if (emits && std::holds_alternative<Sphere>(shape.geometry) && !uniform_scale(to_world))
+  if (is_light(reading.materials[shape.material]) &&
+      std::holds_alternative<Sphere>(shape.geometry) && !uniform_scale(to_world))
     place.fail(
         fmt::format("the sphere \"{}\" emits and would become an ellipsoid; expected a transform "
                     "that scales all "

@@ -193,6 +193,13 @@ SurfaceDetail detail_at(const Geometry& geometry, const Placement& placement, co
                                ? patch_tangent(patch, cut.shading, sign)
                                : interpolated_tangent(geometry, placement, corners, sign);
       add_tangents(tangent, sign, cut.shading, out);
+      const Differential differential(patch);
+      const auto by_tangent = differential.along(out.tangent);
+      const auto by_bitangent = differential.along(out.bitangent);
+      for (std::size_t set = 0; set < 2; ++set) {
+        out.uv[set].by_tangent = by_tangent[set];
+        out.uv[set].by_bitangent = by_bitangent[set];
+      }
     }
   }
   if (!geometry.colors.empty()) add_color(geometry, corners, out);

@@ -23,6 +23,9 @@ struct TexturePoint {
   /// How they change over the width of the ray's cone where it cuts the surface: along the short
   /// and the long axis of that ellipse. 0: the cone has no width, or they do not change.
   Vec2 across, along;
+  /// How they change per unit of length along SurfaceDetail's tangent and bitangent, where those
+  /// are wanted.
+  Vec2 by_tangent, by_bitangent;
 };
 
 /// Of a hit; all in the world.

@@ -56,6 +56,63 @@ TEST(Scene, materials_keep_their_order_and_all_their_values) {
   EXPECT_EQ(std::get<Emitter>(scene.materials[3].surface).reflectance, (Color{0.75, 0.75, 0.75}));
 }
 
+TEST(Scene, surfaces_have_all_their_values) {
+  const Scene scene = parse(scene_with(R"("materials": {
+    "m": {"type": "mix", "materials": ["g", "d"], "amount": 0.25, "opacity": 0.5, "back_culled": true},
+    "d": {"type": "diffuse", "roughness": 0.5},
+    "g": {"type": "conductor", "name": "gold", "roughness": 0.2, "anisotropy": 0.75, "anisotropy_rotation": 180},
+    "c": {"type": "conductor", "eta": [1, 2, 3], "k": 4},
+    "w": {"type": "dielectric", "roughness": 0.1, "attenuation_color": [0.5, 0.25, 1], "attenuation_distance": 2,
+          "priority": -3},
+    "t": {"type": "dielectric", "thin_walled": true},
+    "p": {"type": "principled", "base_color": [0.1, 0.2, 0.3], "metallic": 0.1, "roughness": 0.2, "ior": 1.4,
+          "specular": 0.3, "specular_color": [1, 2, 3], "transmission": 0.4, "thin_walled": false,
+          "attenuation_color": 0.5, "attenuation_distance": 3, "clearcoat": 0.6, "clearcoat_roughness": 0.7,
+          "anisotropy": 0.8, "anisotropy_rotation": 90, "emission": [4, 5, 6], "unlit": true}},)"));
+  ASSERT_EQ(scene.materials.size(), 7U);
+  const auto& mix = std::get<Mix>(scene.materials[0].surface);
+  EXPECT_EQ(mix.first, 2U);
+  EXPECT_EQ(mix.second, 1U);
+  EXPECT_EQ(mix.amount.factor, 0.25);
+  EXPECT_EQ(scene.materials[0].opacity.mode, Opacity::Mode::blend);
+  EXPECT_EQ(scene.materials[0].opacity.alpha.factor, 0.5);
+  EXPECT_TRUE(scene.materials[0].back_culled);
+  EXPECT_EQ(std::get<Diffuse>(scene.materials[1].surface).roughness, 0.5);
+  const auto& gold = std::get<Conductor>(scene.materials[2].surface);
+  EXPECT_GT(gold.k[0], 3);
+  EXPECT_EQ(gold.roughness, 0.2);
+  EXPECT_EQ(gold.anisotropy, 0.75);
+  EXPECT_NEAR(gold.anisotropy_rotation, 3.14159265, 1e-8);
+  EXPECT_EQ(scene.materials[2].opacity.mode, Opacity::Mode::opaque);
+  const auto& given = std::get<Conductor>(scene.materials[3].surface);
+  EXPECT_EQ(given.eta, (Color{1, 2, 3}));
+  EXPECT_EQ(given.k, (Color{4, 4, 4}));
+  const auto& wine = std::get<Dielectric>(scene.materials[4].surface);
+  EXPECT_EQ(wine.roughness, 0.1);
+  EXPECT_EQ(wine.attenuation_color, (Color{0.5, 0.25, 1}));
+  EXPECT_EQ(wine.attenuation_distance, 2);
+  EXPECT_FALSE(wine.thin_walled);
+  EXPECT_EQ(scene.materials[4].priority, -3);
+  EXPECT_TRUE(std::get<Dielectric>(scene.materials[5].surface).thin_walled);
+  const auto& all = std::get<Principled>(scene.materials[6].surface);
+  EXPECT_EQ(all.base_color.factor, (Color{0.1, 0.2, 0.3}));
+  EXPECT_EQ(all.metallic.factor, 0.1);
+  EXPECT_EQ(all.roughness.factor, 0.2);
+  EXPECT_EQ(all.ior, 1.4);
+  EXPECT_EQ(all.specular.factor, 0.3);
+  EXPECT_EQ(all.specular_color.factor, (Color{1, 2, 3}));
+  EXPECT_EQ(all.transmission.factor, 0.4);
+  EXPECT_FALSE(all.thin_walled);
+  EXPECT_EQ(all.attenuation_color, (Color{0.5, 0.5, 0.5}));
+  EXPECT_EQ(all.attenuation_distance, 3);
+  EXPECT_EQ(all.clearcoat.factor, 0.6);
+  EXPECT_EQ(all.clearcoat_roughness.factor, 0.7);
+  EXPECT_EQ(all.anisotropy.factor, 0.8);
+  EXPECT_NEAR(all.anisotropy_rotation, 1.57079633, 1e-8);
+  EXPECT_EQ(all.emission.factor, (Color{4, 5, 6}));
+  EXPECT_TRUE(all.unlit);
+}
+
 TEST(Scene, shapes_name_their_material_and_have_all_their_values) {
   const Scene scene = parse(
       scene_with(R"("materials": {"a": {"type": "diffuse"}, "b": {"type": "diffuse"}}, "shapes": [

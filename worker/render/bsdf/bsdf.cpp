@@ -205,18 +205,32 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
 }
 
 Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  const Lobe& first = closure.lobes[0];
+  if (closure.count == 1 && first.kind == LobeKind::diffuse && first.frame == 0) {
+    // Most surfaces by far: without the loops.
+    const float cos_o = dot(wo, closure.shading.n), cos_i = dot(wi, closure.shading.n);
+    const bool above = cos_o * cos_i > 0 && dot(wo, closure.normal) * dot(wi, closure.normal) > 0;
+    if (!above) return {};
+    const float density = inv_pi * std::abs(cos_i);
+    return {.value = first.weight * density, .pdf = density};
+  }
   return scattering_of(closure, Pair(closure, wo, wi));
+}
+
+Lobe scaled(const Lobe& lobe, const Color& by) {
+  Lobe out = lobe;
+  // An eon lobe is not linear in its albedo; later bounces in a rough dielectric are multiplied by
+  // weight and tint anyhow.
+  if (lobe.kind != LobeKind::eon) out.weight *= by;
+  out.tint *= by;
+  out.dip *= by;
+  if (lobe.kind != LobeKind::rough_dielectric) out.multiple *= by;
+  return out;
 }
 
 void scale(Closure& closure, int first, float by) {
   for (std::size_t i = index_of(first); i < index_of(closure.count); ++i) {
-    Lobe& lobe = closure.lobes[i];
-    // An eon lobe is not linear in its albedo; later bounces in a rough dielectric are multiplied
-    // by weight and tint anyhow.
-    if (lobe.kind != LobeKind::eon) lobe.weight *= by;
-    lobe.tint *= by;
-    lobe.dip *= by;
-    if (lobe.kind != LobeKind::rough_dielectric) lobe.multiple *= by;
+    closure.lobes[i] = scaled(closure.lobes[i], gray(by));
     closure.pick[i] *= by;
   }
   if (!(by > 0)) closure.count = std::min(closure.count, first);

@@ -133,6 +133,8 @@ struct Closure {
   }
 };
 
+/// All that a lobe does, multiplied.
+Lobe scaled(const Lobe& lobe, const Color& by);
 /// Multiplies all that the lobes from `first` on do.
 void scale(Closure& closure, int first, float by);
 

@@ -62,9 +62,6 @@ struct Reflectance {
   }
   /// 2∫F(c)·c dc over 0…1.
   [[nodiscard]] Color mean() const { return normal + rise * (1 / 21.0F) - dip * (1 / 126.0F); }
-  [[nodiscard]] Reflectance times(const Color& by) const {
-    return {normal * by, rise * by, dip * by};
-  }
 };
 
 /// Schlick's, from `normal` at 0° to `grazing` at 90°.

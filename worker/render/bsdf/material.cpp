@@ -168,6 +168,12 @@ void compile_common(const scene::Material& source, CompiledMaterial& out) {
     out.normal_map.emplace(*source.normal_map);
     wants |= wanted_by(out.normal_map->texture.uv_set) | detail_flag::tangent;
   }
+  if (source.bump_map) {
+    out.bump_map.emplace(*source.bump_map);
+    wants |= wanted_by(out.bump_map->texture.uv_set) | detail_flag::tangent;
+  }
+  out.bends_normals = out.normal_map || out.bump_map;
+  out.may_pass = out.interface || out.has_opacity || out.back_culled;
   out.wants = static_cast<std::uint8_t>(wants);
 }
 
@@ -200,16 +206,21 @@ void evaluate(const CompiledMaterial& material, const TextureTable& textures,
               const ShadingPoint& point, Closure& out) {
   out.clear();
   out.shading = point.shading;
-  if (material.normal_map) [[unlikely]] {
-    out.shading = material.normal_map->frame({point, textures});
+  if (material.bends_normals) [[unlikely]] {
+    const Source source{point, textures};
+    if (material.normal_map) out.shading = material.normal_map->frame(source);
+    if (material.bump_map) out.shading = material.bump_map->frame(source, out.shading);
   }
   out.normal = point.normal;
   int part = 0;
   for (int i = 0; i < material.count; ++i) {
     const Instruction& step = material.program[static_cast<std::size_t>(i)];
+    if (step.code == Instruction::Code::lobe) [[likely]] {
+      out.add(step.lobe);
+      continue;
+    }
     switch (step.code) {
       case Instruction::Code::lobe:
-        out.add(step.lobe);
         break;
       case Instruction::Code::emit:
         if (dot(point.wo, point.normal) > 0) out.emission += step.radiance;

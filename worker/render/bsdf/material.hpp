@@ -59,9 +59,12 @@ struct CompiledMaterial {
   ScalarSlot alpha;
   bool vertex_alpha = false;
   std::optional<NormalSlot> normal_map;
+  std::optional<BumpSlot> bump_map;
 
-  /// A path may go on behind it as if nothing were there.
-  [[nodiscard]] bool may_pass() const { return interface || has_opacity || back_culled; }
+  bool bends_normals = false;  ///< there is a map of either kind
+  /// A path may go on behind it as if nothing were there: an interface, or by the two above.
+  bool may_pass = false;
+
   [[nodiscard]] bool emits() const { return !is_black(radiance); }
 };
 

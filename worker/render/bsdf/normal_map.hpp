@@ -23,4 +23,16 @@ struct NormalSlot {
   [[nodiscard]] Frame frame(const Source& source) const;
 };
 
+/// A normal from heights.
+struct BumpSlot {
+  TextureUse texture;
+  float height = 1;
+
+  explicit BumpSlot(const scene::BumpMap& map)
+      : texture(compile(map.texture)), height(static_cast<float>(map.height)) {}
+  /// The frame that it gives over `shading`, from differences over a texel, or over the ray's
+  /// footprint where that is wider.
+  [[nodiscard]] Frame frame(const Source& source, const Frame& shading) const;
+};
+
 }  // namespace tessera::render

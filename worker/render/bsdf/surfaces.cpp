@@ -37,14 +37,13 @@ Frame turned_tangent(const Source& source, const Frame& shading, Vec2 direction)
   return Frame(x, cross(shading.n, x), shading.n);
 }
 
-/// Adds the lobe, about a frame turned by `direction` where that matters.
-void add_microfacets(const Source& source, const microfacet::Parameters& parameters, Vec2 direction,
+/// Adds a lobe of microfacets, about a frame turned by `direction` where that matters.
+void add_microfacets(const Source& source, Lobe lobe, const Color& albedo, Vec2 direction,
                      Closure& out) {
-  Lobe lobe = microfacet::lobe_of(parameters);
-  if (parameters.roughness.alpha_x != parameters.roughness.alpha_y) {
+  if (lobe.alpha_x != lobe.alpha_y) {
     lobe.frame = out.add_frame(turned_tangent(source, out.shading, direction));
   }
-  out.add(lobe, max_component(microfacet::albedo(parameters)));
+  out.add(lobe, max_component(albedo));
 }
 Vec2 direction_of(float angle) {
   const auto [s, c] = fast::sincos(angle);
@@ -58,11 +57,11 @@ void add_passing(float cosine, const Color& color, const ggx::Roughness& roughne
     return;
   }
   // Wide as it is across, whatever way the surface is brushed.
-  out.add(microfacet::lobe_of({.reflectance = {color, {}, {}},
-                               .roughness = {roughness.alpha_y, roughness.alpha_y},
-                               .cos_o = cosine},
-                              true),
-          max_component(color));
+  const Lobe white = microfacet::lobe_of({.reflectance = {gray(1), {}, {}},
+                                          .roughness = {roughness.alpha_y, roughness.alpha_y},
+                                          .cos_o = cosine},
+                                         true);
+  out.add(scaled(white, color), max_component(color));
 }
 
 }  // namespace
@@ -76,10 +75,10 @@ ConductorSurface::ConductorSurface(const scene::Conductor& source)
 }
 
 void ConductorSurface::add(const Source& source, Closure& out) const {
-  add_microfacets(source,
-                  {.reflectance = reflectance,
-                   .roughness = roughness_of(roughness, anisotropy),
-                   .cos_o = facing(out.shading, source)},
+  const microfacet::Parameters parameters{.reflectance = reflectance,
+                                          .roughness = roughness_of(roughness, anisotropy),
+                                          .cos_o = facing(out.shading, source)};
+  add_microfacets(source, microfacet::lobe_of(parameters), microfacet::albedo(parameters),
                   direction_of(rotation), out);
 }
 
@@ -111,12 +110,12 @@ void DielectricSurface::add(const Source& source, Closure& out) const {
   }
   const float face = pane::both_faces(normal_reflectance(ior));
   const float cosine = facing(out.shading, source);
-  microfacet::Parameters faces{
+  const microfacet::Parameters faces{
       .reflectance = schlick_reflectance(gray(face), gray(1)), .roughness = rough, .cos_o = cosine};
-  const float reflected = max_component(microfacet::albedo(faces));
-  faces.reflectance = faces.reflectance.times(reflectance);
-  add_microfacets(source, faces, {1, 0}, out);
-  add_passing(cosine, transmittance * unit(1 - reflected), rough, out);
+  const Color reflected = microfacet::albedo(faces);
+  add_microfacets(source, scaled(microfacet::lobe_of(faces), reflectance), reflected * reflectance,
+                  {1, 0}, out);
+  add_passing(cosine, transmittance * unit(1 - reflected.g), rough, out);
 }
 
 PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_vertex_colors)
@@ -158,12 +157,11 @@ float PrincipledSurface::add_coat(const Source& source, Closure& out) const {
   const float coated = unit(coat.at(source));
   if (!(coated > 0)) return 1;
   const Frame frame = coat_normal ? coat_normal->frame(source) : source.point.shading;
-  const microfacet::Parameters layer{
-      .reflectance = schlick_reflectance(gray(0.04F * coated), gray(coated)),
-      .roughness = roughness_of(unit(coat_roughness.at(source))),
-      .cos_o = facing(frame, source)};
-  const float albedo = max_component(microfacet::albedo(layer));
-  Lobe lobe = microfacet::lobe_of(layer);
+  const microfacet::Parameters layer{.reflectance = schlick_reflectance(gray(0.04F), gray(1)),
+                                     .roughness = roughness_of(unit(coat_roughness.at(source))),
+                                     .cos_o = facing(frame, source)};
+  const float albedo = coated * microfacet::albedo(layer).g;
+  Lobe lobe = scaled(microfacet::lobe_of(layer), gray(coated));
   if (!(frame.n == out.shading.n)) lobe.frame = out.add_frame(frame);
   out.add(lobe, albedo);
   return unit(1 - albedo);
@@ -201,18 +199,22 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
   // What has a volume behind it reflects by its interface's own lobe.
   const float interface = thin_walled ? 0 : passing * (1 - metal) * below;
   const float layered = (1 - metal) * below - interface;
-  const Reflectance of_metal = schlick_reflectance(base * (metal * below), gray(metal * below));
-  const Reflectance of_dielectric = dielectric.times(gray(layered));
-  add_microfacets(source,
-                  {.reflectance = {of_metal.normal + of_dielectric.normal,
-                                   of_metal.rise + of_dielectric.rise,
-                                   {}},
-                   .roughness = rough,
-                   .cos_o = cosine},
-                  direction, out);
-  const float reflected = max_component(
-      microfacet::albedo({.reflectance = dielectric, .roughness = rough, .cos_o = cosine}));
-  const Color left = base * (layered * unit(1 - reflected));
+  const microfacet::Parameters of_dielectric{
+      .reflectance = dielectric, .roughness = rough, .cos_o = cosine};
+  const Color reflected = microfacet::albedo(of_dielectric);
+  Lobe specular_lobe = scaled(microfacet::lobe_of(of_dielectric), gray(layered));
+  Color specular_albedo = reflected * layered;
+  if (metal > 0) {
+    const microfacet::Parameters of_metal{
+        .reflectance = schlick_reflectance(base, gray(1)), .roughness = rough, .cos_o = cosine};
+    const Lobe lobe = scaled(microfacet::lobe_of(of_metal), gray(metal * below));
+    specular_lobe.weight += lobe.weight;
+    specular_lobe.tint += lobe.tint;
+    specular_lobe.multiple += lobe.multiple;
+    specular_albedo += microfacet::albedo(of_metal) * (metal * below);
+  }
+  add_microfacets(source, specular_lobe, specular_albedo, direction, out);
+  const Color left = base * (layered * unit(1 - max_component(reflected)));
   const float through = thin_walled ? passing : 0;
   out.add({.kind = LobeKind::diffuse, .weight = left * (1 - through)});
   if (through > 0) add_passing(cosine, left * through, rough, out);

@@ -1,5 +1,7 @@
 #include "worker/render/integrators/passing.hpp"
 
+#include <cmath>
+
 #include "worker/render/fastmath.hpp"
 
 namespace tessera::render {
@@ -53,7 +55,8 @@ const Medium* medium_of(const Scene& scene, const MediumStack& media) {
 
 Color absorbed_along(const Scene& scene, const MediumStack& media, float length) {
   const Medium* const medium = medium_of(scene, media);
-  return medium == nullptr ? gray(1) : exp_of(medium->absorption, length);
+  if (medium == nullptr || std::isinf(length)) return gray(1);
+  return exp_of(medium->absorption, length);
 }
 
 void absorb(const Trace& trace, PathState& path, float t) {

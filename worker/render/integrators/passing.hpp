@@ -24,7 +24,7 @@ Crossing crossing_of(const Scene& scene, const MediumStack& media, std::uint32_t
 const Medium* medium_of(const Scene& scene, const MediumStack& media);
 
 /// True if the path goes on behind `at` along the same ray, which then is made so. Else what `at`
-/// borders on is noted in it. To be asked where the material may_pass().
+/// borders on is noted in it. To be asked where the material may_pass.
 bool passes(const Trace& trace, const Sampler& sampler, PathState& path, Interaction& at);
 
 /// Takes what the path's medium absorbs on the way to `t`. To be asked where there are media.

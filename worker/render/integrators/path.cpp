@@ -100,7 +100,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
     Interaction at = surface_at(scene, path.ray, hit);
     const CompiledMaterial& material = scene.materials[at.material];
     if (path.media.size() > 0) absorb(trace, path, at.t);
-    if (material.may_pass() && passes(trace, sampler, path, at)) {
+    if (material.may_pass && passes(trace, sampler, path, at)) {
       if (path.passes == passes_most) return;
       hit = intersect(trace, path.ray);
       continue;

@@ -74,7 +74,8 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
   return context;
 }
 
-/// What the strongest of the media leaves of light along `length`.
+/// What the strongest of the media leaves of light along `length`. Of an endless way all: a medium
+/// without a far side is open, and so is none.
 Color absorbed_along(const Scene& scene, const MediumStack& media, float length);
 
 /// The part of a light's sample that reaches `at`, per channel. Counts its shadow ray.
@@ -84,12 +85,13 @@ inline Color passed_from(Trace& trace, const Interaction& at, const LightSample&
   if (!(length > 0)) return {};
   ++trace.rays;
   const Color passed = transmittance(trace.scene, at.leave(light.wi, length, path.ray));
-  if (path.media.size() == 0 || is_black(passed)) return passed;
+  const bool interface = trace.scene.materials[at.material].interface;
+  if ((path.media.size() == 0 && !interface) || is_black(passed)) return passed;
   MediumStack media = path.media;
   const float out = dot(light.wi, at.shading.normal);
-  if (trace.scene.materials[at.material].interface &&
-      out * dot(at.shading.wo, at.shading.normal) < 0)
+  if (interface && out * dot(at.shading.wo, at.shading.normal) < 0) {
     media.cross(at.material, out < 0);
+  }
   return passed * absorbed_along(trace.scene, media, length);
 }
 

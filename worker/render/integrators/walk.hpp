@@ -34,7 +34,7 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     Interaction at = surface_at(scene, path.ray, hit);
     const CompiledMaterial& material = scene.materials[at.material];
     if (path.media.size() > 0) absorb(trace, path, at.t);
-    if (material.may_pass() && passes(trace, sampler, path, at)) {
+    if (material.may_pass && passes(trace, sampler, path, at)) {
       if (path.passes == passes_most) return;
       continue;
     }

@@ -45,6 +45,11 @@ class TextureTable {
   [[nodiscard]] const Texel& mean(std::uint32_t texture) const {
     return textures_[texture].picture->mean();
   }
+  /// Width and height of the picture in texels.
+  [[nodiscard]] Vec2 texels(std::uint32_t texture) const {
+    const Pyramid::Level& level = textures_[texture].picture->level(0);
+    return {static_cast<float>(level.width), static_cast<float>(level.height)};
+  }
   [[nodiscard]] std::size_t size() const { return textures_.size(); }
   [[nodiscard]] std::size_t bytes() const;
 

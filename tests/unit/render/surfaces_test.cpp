@@ -1,0 +1,258 @@
+#include "worker/render/bsdf/surfaces.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/unit/render/bsdf_support.hpp"
+#include "worker/render/bsdf/material.hpp"
+
+namespace tessera::render {
+namespace {
+
+using test::from_angles;
+
+/// A table of one texture, of one texel.
+TextureTable one_texel(const Texel& texel) {
+  image::Texels picture{
+      .width = 1, .height = 1, .channels = 4, .format = image::TexelFormat::f32, .bytes = {}};
+  picture.bytes.resize(sizeof texel);
+  std::memcpy(picture.bytes.data(), texel.data(), sizeof texel);
+  Texture texture;
+  texture.picture = std::make_shared<Pyramid>(std::move(picture), scene::ColorSpace::linear);
+  return TextureTable({texture});
+}
+
+ShadingPoint seen_from(const Vec3& wo) {
+  ShadingPoint point;
+  point.wo = wo;
+  point.detail.emplace();
+  return point;
+}
+
+Closure closure_at(const scene::Material& material, const Vec3& wo,
+                   const TextureTable& textures = {}) {
+  Closure closure;
+  evaluate(compile(material), textures, seen_from(wo), closure);
+  return closure;
+}
+
+scene::Material of(decltype(scene::Material::surface) surface) {
+  scene::Material material;
+  material.surface = std::move(surface);
+  return material;
+}
+
+const Lobe* find(const Closure& closure, LobeKind kind) {
+  for (int i = 0; i < closure.count; ++i) {
+    if (closure.lobes[static_cast<std::size_t>(i)].kind == kind) {
+      return &closure.lobes[static_cast<std::size_t>(i)];
+    }
+  }
+  return nullptr;
+}
+
+TEST(Surfaces, TheGreatestPrincipledSurfaceFitsAMixOfTwo) {
+  scene::Principled all;
+  all.clearcoat.factor = 0.5;
+  all.clearcoat_roughness.factor = 0.2;
+  all.anisotropy.factor = 0.5;
+  all.metallic.factor = 0.5;
+  all.transmission.factor = 0.5;
+  for (const bool thin : {true, false}) {
+    all.thin_walled = thin;
+    const Closure one = closure_at(of(all), from_angles(0.7F, 1));
+    EXPECT_EQ(one.count, 4);
+    const scene::Material parts[] = {of(all), of(all)};
+    const scene::Material mix = of(scene::Mix{0, 1, {.factor = 0.5, .texture = {}}});
+    Closure both;
+    evaluate(compile(mix, parts), {}, seen_from(from_angles(0.7F, 1)), both);
+    EXPECT_EQ(both.count, 8);
+    const Vec3 wo = from_angles(0.7F, 1), wi = from_angles(0.5F, 2);
+    EXPECT_NEAR(eval(both, wo, wi).g, eval(one, wo, wi).g, 1e-5F);
+    EXPECT_NEAR(pdf(both, wo, wi), pdf(one, wo, wi), 1e-5F);
+  }
+}
+
+TEST(Surfaces, PrincipledSamplesFollowTheirDensity) {
+  scene::Principled all;
+  all.roughness.factor = 0.6;
+  all.clearcoat.factor = 0.5;
+  all.clearcoat_roughness.factor = 0.7;
+  all.anisotropy.factor = 0.7;
+  all.anisotropy_rotation = 0.4;
+  all.metallic.factor = 0.3;
+  all.transmission.factor = 0.5;
+  for (const bool thin : {true, false}) {
+    all.thin_walled = thin;
+    for (const float cosine : {0.8F, -0.4F}) {
+      const Vec3 wo = from_angles(cosine, 1);
+      test::Chi2Case test = test::directions(closure_at(of(all), wo), wo);
+      test.samples = 300'000;
+      EXPECT_EQ(test::chi2_test(test), "") << thin << cosine;
+    }
+  }
+}
+
+TEST(Surfaces, MetalsAlbedoIsItsNormalReflectance) {
+  scene::Principled metal;
+  metal.base_color.factor = {0.9, 0.6, 0.2};
+  metal.metallic.factor = 1;
+  for (const double roughness : {0.0, 0.5}) {
+    metal.roughness.factor = roughness;
+    const Closure closure = closure_at(of(metal), from_angles(0.2F, 0));
+    EXPECT_EQ(closure.count, 1);
+    EXPECT_NEAR(albedo(closure).r, 0.9F, 1e-6F);
+    EXPECT_NEAR(albedo(closure).b, 0.2F, 1e-6F);
+  }
+  scene::Conductor gold;
+  gold.roughness = 0.3;
+  EXPECT_LT(albedo(closure_at(of(gold), {0, 0, 1})).b, albedo(closure_at(of(gold), {0, 0, 1})).r);
+}
+
+TEST(Surfaces, InputsAreTheirFactorTimesTheTexture) {
+  const TextureTable textures = one_texel({0.5F, 0.25F, 0.125F, 0.75F});
+  scene::Principled surface;
+  surface.base_color = {.factor = {1, 1, 0.5}, .texture = scene::TextureUse{}};
+  surface.specular.factor = 0;
+  Closure closure = closure_at(of(surface), {0, 0, 1}, textures);
+  const Lobe* diffuse = find(closure, LobeKind::diffuse);
+  ASSERT_NE(diffuse, nullptr);
+  EXPECT_NEAR(diffuse->weight.r, 0.5F, 1e-6F);
+  EXPECT_NEAR(diffuse->weight.b, 0.0625F, 1e-6F);
+  EXPECT_EQ(compile(of(surface)).wants, detail_flag::uv0 | detail_flag::color);
+
+  surface.roughness = {
+      .factor = 1,
+      .texture = scene::TextureUse{.texture = 0, .uv_set = 1, .to_uv = {1, 0, 0, 0, 1, 0}},
+      .channel = 3};
+  surface.specular.factor = 1;
+  closure = closure_at(of(surface), {0, 0, 1}, textures);
+  const Lobe* specular = find(closure, LobeKind::microfacet);
+  ASSERT_NE(specular, nullptr);
+  EXPECT_NEAR(specular->alpha_x, 0.75F * 0.75F, 1e-6F);
+  EXPECT_NE(compile(of(surface)).wants & detail_flag::uv1, 0);
+
+  // Light that differs from place to place is found by paths: no light is made of it.
+  surface.emission = {.factor = {1, 1, 1}, .texture = scene::TextureUse{}};
+  closure = closure_at(of(surface), {0, 0, 1}, textures);
+  EXPECT_NEAR(closure.emission.g, 0.25F, 1e-6F);
+  EXPECT_FALSE(compile(of(surface)).emits());
+}
+
+TEST(Surfaces, VerticesColourTheBaseUnlessTheyMayNot) {
+  scene::Principled surface;
+  surface.base_color.factor = {1, 1, 1};
+  surface.unlit = true;
+  scene::Material material = of(surface);
+  ShadingPoint point = seen_from({0, 0, 1});
+  point.detail->color = {0.5F, 0.25F, 1};
+  Closure closure;
+  evaluate(compile(material), {}, point, closure);
+  EXPECT_EQ(closure.emission, (Color{0.5F, 0.25F, 1}));
+  material.vertex_colors = false;
+  evaluate(compile(material), {}, point, closure);
+  EXPECT_EQ(closure.emission, gray(1));
+  EXPECT_EQ(closure.count, 0);
+}
+
+TEST(Surfaces, OpacityIsAMaskOrAShare) {
+  const TextureTable textures = one_texel({1, 1, 1, 0.5F});
+  scene::Material material = of(scene::Diffuse{});
+  const auto share = [&](const Vec3& wo = {0, 0, 1}) {
+    ShadingPoint point = seen_from(wo);
+    point.detail->alpha = 0.5F;
+    return presence(compile(material), textures, point);
+  };
+  EXPECT_EQ(share(), 1);
+  EXPECT_FALSE(compile(material).may_pass);
+  material.opacity = {.mode = scene::Opacity::Mode::blend,
+                      .alpha = {.factor = 0.8, .texture = scene::TextureUse{}, .channel = 3}};
+  EXPECT_NEAR(share(), 0.8 * 0.5 * 0.5, 1e-6);
+  EXPECT_TRUE(compile(material).may_pass);
+  material.vertex_colors = false;
+  EXPECT_NEAR(share(), 0.4, 1e-6);
+  material.opacity.mode = scene::Opacity::Mode::mask;
+  material.opacity.cutoff = 0.39;
+  EXPECT_EQ(share(), 1);
+  material.opacity.cutoff = 0.41;
+  EXPECT_EQ(share(), 0);
+  material = of(scene::Diffuse{});
+  material.back_culled = true;
+  EXPECT_EQ(share(), 1);
+  EXPECT_EQ(share({0, 0, -1}), 0);
+}
+
+TEST(Surfaces, ACoatTakesItsPartFromAllBelow) {
+  scene::Principled surface;
+  surface.base_color.factor = {0.5, 0.5, 0.5};
+  const double bare =
+      test::furnace(closure_at(of(surface), from_angles(0.2F, 0)), from_angles(0.2F, 0)).mean;
+  surface.clearcoat.factor = 1;
+  const Closure coated = closure_at(of(surface), from_angles(0.2F, 0));
+  const double with = test::furnace(coated, from_angles(0.2F, 0)).mean;
+  // Schlick's .04 + .96·.8^5 of all, and the rest of what the base has.
+  const double coat = 0.04 + 0.96 * std::pow(0.8, 5);
+  EXPECT_NEAR(with, coat + (1 - coat) * bare, 0.01);
+}
+
+TEST(NormalMap, WhatMirrorsOutwardsIsLeftAlone) {
+  const Vec3 n = normalize(Vec3{0.2F, 0.1F, 1});
+  EXPECT_EQ(keep_mirrored_outside(n, {0, 0, 1}, normalize(Vec3{0.1F, 0, 1})), n);
+}
+
+TEST(NormalMap, NoNormalMirrorsIntoTheSurface) {
+  test::Random random(3);
+  int bent = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec3 wo = square_to_sphere(random.next2());
+    const Vec3 n = square_to_hemisphere(random.next2());
+    const Vec3 out = keep_mirrored_outside(n, {0, 0, 1}, wo);
+    const Vec3 mirrored = out * (2 * dot(out, wo)) - wo;
+    EXPECT_NEAR(length(out), 1, 1e-5F);
+    EXPECT_GT(mirrored.z * wo.z, 0) << wo.z;
+    EXPECT_GT(dot(out, wo) * wo.z, 0);
+    EXPECT_GT(out.z, 0);
+    if (!(out == n)) ++bent;
+  }
+  EXPECT_GT(bent, 2000);
+  EXPECT_LT(bent, 15'000);
+}
+
+TEST(NormalMap, ATexelTurnsTheFrame) {
+  const TextureTable textures = one_texel({1, 0.5F, 1, 1});  // (1, 0, 1)
+  scene::Material material = of(scene::Diffuse{});
+  material.normal_map = scene::NormalMap{};
+  EXPECT_EQ(compile(material).wants, detail_flag::uv0 | detail_flag::tangent);
+  Closure closure = closure_at(material, {0, 0, 1}, textures);
+  EXPECT_NEAR(length(closure.shading.n - normalize(Vec3{1, 0, 1})), 0, 1e-2F);
+  material.normal_map->scale = 0;
+  closure = closure_at(material, {0, 0, 1}, textures);
+  EXPECT_NEAR(length(closure.shading.n - Vec3{0, 0, 1}), 0, 1e-6F);
+}
+
+TEST(BumpMap, ARampTurnsTheNormalByItsSlope) {
+  // Two texels, 0 and 1, read beyond their middles: within, the height is 2u − 1/2.
+  image::Texels picture{
+      .width = 2, .height = 1, .channels = 1, .format = image::TexelFormat::f32, .bytes = {}};
+  const float heights[] = {0, 1};
+  picture.bytes.resize(sizeof heights);
+  std::memcpy(picture.bytes.data(), heights, sizeof heights);
+  Texture texture;
+  texture.picture = std::make_shared<Pyramid>(std::move(picture), scene::ColorSpace::linear);
+  texture.wrap_u = scene::Wrap::clamp_to_edge;
+  const TextureTable textures({texture});
+  scene::Material material = of(scene::Diffuse{});
+  material.bump_map = scene::BumpMap{.texture = {}, .height = 0.25};
+  ShadingPoint point = seen_from({0, 0, 1});
+  point.detail->uv[0].uv = {0.5F, 0.5F};
+  // u grows by 1/2 per unit of length: the slope is 2·½·¼.
+  point.detail->uv[0].by_tangent = {0.5F, 0};
+  point.detail->uv[0].by_bitangent = {0, -0.5F};
+  Closure closure;
+  evaluate(compile(material), textures, point, closure);
+  EXPECT_NEAR(length(closure.shading.n - normalize(Vec3{-0.25F, 0, 1})), 0, 1e-5F);
+}
+
+}  // namespace
+}  // namespace tessera::render
