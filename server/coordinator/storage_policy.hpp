@@ -9,8 +9,8 @@
 /// How much may be kept, and for how long. Pure.
 namespace tessera::server {
 
-/// Why new jobs, or an upload of `more` bytes, are refused; empty: they are not. `reserve`: bytes of
-/// the file system that are left to what is here.
+/// Why new jobs, or an upload of `more` bytes, are refused; empty: they are not. `reserve`: bytes
+/// of the file system that are left to what is here.
 std::string refusal_of(const StorageUse& use, std::uint64_t reserve, std::uint64_t more = 0);
 
 /// The bytes to be left of a file system of this size: `most`, but no more than a twentieth of it.

@@ -117,8 +117,8 @@ class Store {
   /// and leave the index. Nobody may be reading either of them. Throws Error{failed} if it holds
   /// less of a tile than the earlier one.
   void put_checkpoint(const Checkpoint& checkpoint);
-  /// Where it throws, the checkpoint can be put again, or is discarded: it will not be put any more,
-  /// and its file goes with the next commit, unless it counts after all. Does not throw.
+  /// Where it throws, the checkpoint can be put again, or is discarded: it will not be put any
+  /// more, and its file goes with the next commit, unless it counts after all. Does not throw.
   void discard_checkpoint(const Checkpoint& checkpoint);
   [[nodiscard]] std::optional<Checkpoint> checkpoint_of(JobId job, std::int32_t frame) const;
   [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;

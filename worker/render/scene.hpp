@@ -82,7 +82,7 @@ struct Scene {
   std::array<double, 3> origin{};
   Bounds3 bounds;
   bool has_gaps = false;  ///< some surface may be not there, as its opacity says or from behind
-  bool moving = false;  ///< some position or transform has more than one time key
+  bool moving = false;    ///< some position or transform has more than one time key
   std::vector<scene::Camera> cameras;
 
   /// True if the scene has an environment, be it black: then a ray that leaves the scene sees
