@@ -124,9 +124,9 @@ mutation checkpoint-takes-a-result-too-many server/store/checkpoint_index.cpp \
 mutation results-leave-uncounted server/store/checkpoint_index.cpp \
   's/"samples \+ excluded\.samples/"excluded.samples/' store
 mutation old-checkpoint-removed-too-early server/store/store.cpp \
-  's/^    before = state_->index\.put_checkpoint\(checkpoint\);$/    if (const auto old = state_->index.checkpoint_of(checkpoint.job, checkpoint.frame))\n      state_->checkpoints.remove(old->number);\n&/' store
+  's/^  const auto before = state_->index\.put_checkpoint\(checkpoint\);$/  if (const auto old = state_->index.checkpoint_of(checkpoint.job, checkpoint.frame))\n    state_->checkpoints.remove(old->number);\n&/' store
 mutation doubtful-checkpoint-removed server/store/store.cpp \
-  's/^    state_->doubtful\.push_back\(checkpoint\.number\);$/    state_->checkpoints.remove(checkpoint.number);/' store
+  's/^  state_->doubtful\.push_back\(checkpoint\.number\);$/  state_->checkpoints.remove(checkpoint.number);/' store
 mutation extended-job-keeps-its-last-pass server/store/checkpoint_index.cpp \
   's/WHERE job = \?1 AND pass >= \?2/WHERE job = ?1 AND pass > ?2/' store
 mutation forgotten-in-two-commits server/store/checkpoint_index.cpp \

@@ -208,16 +208,16 @@ void StoreCalls::checkpoint() {
   change_job(
       "put the checkpoint", id,
       [&] {
-        try {
-          store_->put_checkpoint(made);
-          return;
-        } catch (const Error&) {
-          if (!again) {
+        for (int tries = again ? 2 : 1;; --tries) {
+          try {
+            store_->put_checkpoint(made);
+            return;
+          } catch (const Error&) {
+            if (tries > 1) continue;
             store_->discard_checkpoint(made);
             throw;
           }
         }
-        store_->put_checkpoint(made);
       },
       [frame, film](JobTruth& truth) { truth.compact(frame, film); });
 }
