@@ -18,13 +18,13 @@ using Surface = decltype(Material::surface);
 constexpr double degrees = 3.14159265358979323846 / 180;
 constexpr double index_most = 100;
 
-Surface diffuse(Fields& in) {
+Surface diffuse(Fields& in, Reading& /*reading*/) {
   Diffuse out;
   out.reflectance = in.color_or("reflectance", 1, out.reflectance);
   out.roughness = in.number_or("roughness", 0, 1, out.roughness);
   return out;
 }
-Surface mirror(Fields& in) {
+Surface mirror(Fields& in, Reading& /*reading*/) {
   Mirror out;
   out.reflectance = in.color_or("reflectance", 1, out.reflectance);
   return out;
@@ -45,7 +45,7 @@ void read_attenuation(Fields& in, Inside& out) {
     distance->fail("what is thin-walled has no inside: give \"thin_walled\": false too");
 }
 
-Surface dielectric(Fields& in) {
+Surface dielectric(Fields& in, Reading& /*reading*/) {
   Dielectric out;
   out.ior = in.number_or("ior", 0.01, index_most, out.ior);
   out.transmittance = in.color_or("transmittance", 1, out.transmittance);
@@ -55,7 +55,7 @@ Surface dielectric(Fields& in) {
   read_attenuation(in, out);
   return out;
 }
-Surface emitter(Fields& in) {
+Surface emitter(Fields& in, Reading& /*reading*/) {
   Emitter out;
   out.radiance = in.required("radiance").color(radiance_most);
   out.two_sided = in.boolean_or("two_sided", out.two_sided);
@@ -63,7 +63,7 @@ Surface emitter(Fields& in) {
   return out;
 }
 
-Surface conductor(Fields& in) {
+Surface conductor(Fields& in, Reading& /*reading*/) {
   Conductor out;
   const auto name = in.optional("name");
   if (name && (in.has("eta") || in.has("k")))
@@ -87,17 +87,20 @@ Surface conductor(Fields& in) {
   return out;
 }
 
-Surface principled(Fields& in) {
+Surface principled(Fields& in, Reading& reading) {
   Principled out;
-  const auto unit = [&in](std::string_view key, ScalarInput& input) {
-    input.factor = in.number_or(key, 0, 1, input.factor);
+  const auto unit = [&](std::string_view key, ScalarInput& input) {
+    input = scalar_input_or(in, key, 0, 1, input, reading);
   };
-  out.base_color.factor = in.color_or("base_color", 1, out.base_color.factor);
+  const auto color = [&](std::string_view key, double most, ColorInput& input) {
+    input = color_input_or(in, key, most, input, reading);
+  };
+  color("base_color", 1, out.base_color);
   unit("metallic", out.metallic);
   unit("roughness", out.roughness);
   out.ior = in.number_or("ior", 1, index_most, out.ior);
   unit("specular", out.specular);
-  out.specular_color.factor = in.color_or("specular_color", index_most, out.specular_color.factor);
+  color("specular_color", index_most, out.specular_color);
   unit("transmission", out.transmission);
   out.thin_walled = in.boolean_or("thin_walled", out.thin_walled);
   read_attenuation(in, out);
@@ -105,22 +108,22 @@ Surface principled(Fields& in) {
   unit("clearcoat_roughness", out.clearcoat_roughness);
   unit("anisotropy", out.anisotropy);
   out.anisotropy_rotation = in.number_or("anisotropy_rotation", -360, 360, 0) * degrees;
-  out.emission.factor = in.color_or("emission", radiance_most, out.emission.factor);
+  color("emission", radiance_most, out.emission);
   out.unlit = in.boolean_or("unlit", out.unlit);
   return out;
 }
 
 /// Its two materials are looked up when all have been read.
-Surface mix(Fields& in) {
+Surface mix(Fields& in, Reading& reading) {
   Mix out;
   (void)in.required("materials");
-  out.amount.factor = in.number_or("amount", 0, 1, out.amount.factor);
+  out.amount = scalar_input_or(in, "amount", 0, 1, out.amount, reading);
   return out;
 }
 
 struct MaterialType {
   std::string_view name;
-  Surface (*read)(Fields&);
+  Surface (*read)(Fields&, Reading&);
 };
 /// Every type of material that a scene can name.
 constexpr std::array<MaterialType, 7> material_types{{{"diffuse", diffuse},
@@ -132,10 +135,10 @@ constexpr std::array<MaterialType, 7> material_types{{{"diffuse", diffuse},
                                                       {"mix", mix}}};
 
 /// What any material may say.
-void read_common(Fields& in, Material& out) {
-  if (const auto opacity = in.optional("opacity")) {
+void read_common(Fields& in, Material& out, Reading& reading) {
+  if (in.has("opacity")) {
     out.opacity.mode = Opacity::Mode::blend;
-    out.opacity.alpha.factor = opacity->number(0, 1);
+    out.opacity.alpha = scalar_input_or(in, "opacity", 0, 1, out.opacity.alpha, reading);
   }
   out.back_culled = in.boolean_or("back_culled", out.back_culled);
   out.priority = static_cast<std::int32_t>(in.integer_or("priority", -1000, 1000, out.priority));
@@ -169,7 +172,7 @@ bool is_light(const Material& material) {
   return principled != nullptr && principled->emission.factor != Color{0, 0, 0};
 }
 
-std::vector<Material> read_materials(const Value& materials) {
+std::vector<Material> read_materials(const Value& materials, Reading& reading) {
   std::vector<std::string_view> types;
   for (const MaterialType& type : material_types) types.push_back(type.name);
   std::vector<Material> out;
@@ -185,8 +188,8 @@ std::vector<Material> read_materials(const Value& materials) {
     const std::string type = read_name(fields, "type", "material type", types);
     index.emplace(name, static_cast<std::uint32_t>(out.size()));
     for (const MaterialType& known : material_types)
-      if (type == known.name) out.push_back({name, known.read(fields)});
-    read_common(fields, out.back());
+      if (type == known.name) out.push_back({name, known.read(fields, reading)});
+    read_common(fields, out.back(), reading);
     if (type == "mix") mixes.emplace_back(out.size() - 1, fields.required("materials"));
     fields.finish();
   }

@@ -80,7 +80,7 @@ ScalarInput scalar_input_or(Fields& fields, std::string_view key, double low, do
 Transform read_transform(const Value& steps);
 
 /// An object of materials by name, in the order in which they stand.
-std::vector<Material> read_materials(const Value& materials);
+std::vector<Material> read_materials(const Value& materials, Reading& reading);
 
 /// A list of shapes; their materials are looked up in `reading`.
 std::vector<Shape> read_shapes(const Value& shapes, Reading& reading);

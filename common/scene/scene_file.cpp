@@ -183,7 +183,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (const auto lights = root.optional("lights")) out.lights = read_lights(*lights);
   if (const auto textures = root.optional("textures")) read_textures(*textures, reading);
   if (const auto materials = root.optional("materials"))
-    reading.materials = read_materials(*materials);
+    reading.materials = read_materials(*materials, reading);
   // What is included has pictures and textures of its own, which come behind these.
   out.images = std::move(reading.images);
   out.textures = std::move(reading.textures);

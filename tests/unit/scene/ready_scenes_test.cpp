@@ -25,6 +25,8 @@ std::vector<std::string> examples() {
 TEST(ReadyScenes, every_example_of_the_reference_is_a_scene) {
   const TemporaryFolder folder;
   folder.write("models/teapot.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  for (const char* picture : {"oak.png", "oak-roughness.png", "sky.hdr"})
+    folder.write(picture, "x");
   const auto all = examples();
   ASSERT_GE(all.size(), 6U);
   for (const std::string& example : all)
@@ -62,6 +64,18 @@ TEST(ReadyScenes, every_key_stands_in_an_example) {
                           "materials",
                           "type",
                           "reflectance",
+                          "textures",
+                          "file",
+                          "color_space",
+                          "wrap",
+                          "filter",
+                          "uv_set",
+                          "scale",
+                          "rotation",
+                          "offset",
+                          "factor",
+                          "channel",
+                          "strength",
                           "ior",
                           "transmittance",
                           "two_sided",

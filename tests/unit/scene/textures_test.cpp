@@ -79,6 +79,29 @@ TEST_F(Textures, the_input_says_what_texels_mean_unless_the_texture_does) {
   EXPECT_EQ(scalar(textures, R"({"texture": "a", "channel": "b"})").channel, 2);
 }
 
+TEST_F(Textures, feed_the_inputs_of_materials) {
+  const Scene scene = parse_scene(
+      R"({"tessera": 1, "camera": {"eye": [0, 0, 5], "target": [0, 0, 0]},
+          "textures": {"oak": {"file": "wood.png"}},
+          "materials": {
+            "floor": {"type": "principled", "base_color": "oak",
+                      "roughness": {"file": "rough.png", "channel": "g", "factor": 0.5}},
+            "steel": {"type": "conductor", "name": "iron"},
+            "worn": {"type": "mix", "materials": ["floor", "steel"], "amount": "oak",
+                     "opacity": {"texture": "oak", "channel": "a"}}}})",
+      "floor.json", files_);
+  ASSERT_EQ(scene.materials.size(), 3U);
+  const auto& floor = std::get<Principled>(scene.materials[0].surface);
+  ASSERT_TRUE(floor.base_color.texture && floor.roughness.texture);
+  EXPECT_EQ(scene.textures.at(floor.base_color.texture->texture).color_space, ColorSpace::srgb);
+  EXPECT_EQ(scene.textures.at(floor.roughness.texture->texture).color_space, ColorSpace::linear);
+  EXPECT_EQ(floor.roughness.channel, 1);
+  EXPECT_EQ(floor.roughness.factor, 0.5);
+  EXPECT_TRUE(std::get<Mix>(scene.materials[2].surface).amount.texture.has_value());
+  EXPECT_EQ(scene.materials[2].opacity.alpha.channel, 3);
+  EXPECT_EQ(scene.images.size(), 2U);
+}
+
 TEST_F(Textures, scale_then_rotation_then_offset) {
   const auto use = color("{}", R"({"file": "wood.png", "scale": [2, 3], "rotation": 90,
                                    "offset": [0.25, 0.5], "wrap": ["repeat", "clamp_to_edge"]})");
