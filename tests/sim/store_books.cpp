@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <span>
 
 #include "common/base/error.hpp"
 #include "server/coordinator/frame_file.hpp"
@@ -204,8 +205,8 @@ void Books::check_frames(SimDisk& disk, bool started) {
       require(bytes.size() >= sizeof found, fmt::format("frame {} is whole", frame));
       std::memcpy(&found, bytes.data(), sizeof found);
       const auto rest = bytes_of(TaskId{frame, 0, 0}, found);
-      require(bytes.size() == sizeof found + rest.size() &&
-                  std::memcmp(bytes.data() + sizeof found, rest.data(), rest.size()) == 0,
+      const auto behind = std::span(bytes).subspan(sizeof found);
+      require(std::equal(behind.begin(), behind.end(), rest.begin(), rest.end()),
               fmt::format("frame {} is whole", frame));
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::not_found) throw;
