@@ -79,14 +79,24 @@ TEST(Frames, are_rendered_and_fetched_by_their_numbers) {
 
 TEST(Storage, is_told_by_the_metrics_and_limited) {
   FarmSettings settings;
-  settings.flags = {"--disk-limit", "1K", "--film-memory", "1M"};
+  settings.flags = {"--disk-limit", "64K", "--film-memory", "1M"};
   Farm farm(settings);
   EXPECT_EQ(farm.metric("tessera_film_memory_limit_bytes"), 1 << 20);
-  EXPECT_EQ(farm.metric("tessera_storage_limit_bytes"), 1024);
+  EXPECT_EQ(farm.metric("tessera_storage_limit_bytes"), 64 << 10);
   std::vector<std::string> large{"submit", scene_path(), "--size", "200x200"};
   const Outcome film = farm.tessera(large);
   EXPECT_EQ(film.code, 2) << film.errors;
   EXPECT_THAT(film.errors, HasSubstr("--film-memory"));
+}
+
+TEST(Storage, takes_no_scene_that_goes_beyond_its_limit) {
+  FarmSettings settings;
+  settings.flags = {"--disk-limit", "1K"};  // the scene alone is larger
+  Farm farm(settings);
+  const Outcome refused = farm.tessera({"submit", scene_path()});
+  EXPECT_EQ(refused.code, 1) << refused.errors;
+  EXPECT_THAT(refused.errors, HasSubstr("--disk-limit"));
+  EXPECT_TRUE(farm.get("/v1/jobs").at("jobs").empty());
 }
 
 }  // namespace

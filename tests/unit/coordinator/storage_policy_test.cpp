@@ -26,8 +26,8 @@ TEST(Room, there_is_some_below_the_limit_and_above_the_reserve) {
 }
 
 TEST(Room, an_upload_may_take_what_is_below_the_limit_and_above_the_reserve_and_no_more) {
-  EXPECT_THAT(refusal_of(use(90, 100, 60), 50, 10), IsEmpty());
-  EXPECT_THAT(refusal_of(use(90, 100, 100), 50, 11), HasSubstr("--disk-limit"));
+  EXPECT_THAT(refusal_of(use(88, 100, 62), 50, 12), IsEmpty());
+  EXPECT_THAT(refusal_of(use(88, 100, 100), 50, 13), HasSubstr("--disk-limit"));
   EXPECT_THAT(refusal_of(use(0, 100, 60), 50, 11), HasSubstr("11 bytes more are too many"));
 }
 

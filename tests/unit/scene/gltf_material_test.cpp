@@ -22,7 +22,7 @@ LoadedScene load_with(const nlohmann::json& material) {
   file.json["textures"] = {{{"source", 0}, {"sampler", 0}},
                            {{"extensions", {{"EXT_texture_webp", {{"source", 1}}}}}},
                            {{"sampler", 0}}};
-  file.json["materials"] = {material};
+  file.json["materials"] = nlohmann::json::array({material});
   file.json["meshes"][0]["primitives"][0]["material"] = 0;
   return file.load();
 }

@@ -132,7 +132,7 @@ TEST(GltfSkin, vertices_follow_their_joints_and_not_their_node) {
 
   file.json["scenes"][0]["nodes"].erase(2);
   EXPECT_EQ(error_of_bytes(file.glb()).place().key, "/skins/0/joints/1");
-  file.json["skins"][0]["joints"] = {still};
+  file.json["skins"][0]["joints"] = nlohmann::json::array({still});
   const Error beyond = error_of_bytes(file.glb());
   EXPECT_EQ(beyond.place().key, "/meshes/0/primitives/0/attributes/JOINTS_0");
   EXPECT_THAT(beyond.message(), HasSubstr("vertex 1 names joint 1"));
