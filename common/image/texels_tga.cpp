@@ -33,7 +33,7 @@ struct Header {
     id_bytes = static_cast<std::size_t>(at(0));
     palette = at(1);
     type = at(2);
-    palette_entries = static_cast<std::size_t>(at(5) + 256 * at(6));
+    palette_entries = static_cast<std::size_t>(at(5)) + 256 * static_cast<std::size_t>(at(6));
     palette_bits = static_cast<std::size_t>(at(7));
     width = at(12) + 256 * at(13);
     height = at(14) + 256 * at(15);

@@ -68,12 +68,18 @@ class Cursor {
     std::memcpy(&value, bytes.data(), sizeof(From));
     return convert(value, out);
   }
-  /// False for a fraction's value that no index can have.
+  /// False for a value that no index can have.
   template <class From, class To>
   static bool convert(From value, To& out) {
-    if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>)
+    if constexpr (std::is_integral_v<To> && std::is_floating_point_v<From>) {
       if (!(value >= 0 && value <= static_cast<From>(4294967040.0))) return false;
-    out = static_cast<To>(value);
+      out = static_cast<To>(value);
+    } else if constexpr (std::is_integral_v<To> && std::is_signed_v<From>) {
+      if (value < 0) return false;
+      out = static_cast<To>(static_cast<std::make_unsigned_t<From>>(value));
+    } else {
+      out = static_cast<To>(value);
+    }
     return true;
   }
   template <class To>

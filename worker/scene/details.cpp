@@ -1,6 +1,7 @@
 #include "worker/scene/details.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "worker/render/surface_detail.hpp"
 #include "worker/scene/affine.hpp"
@@ -11,12 +12,10 @@ namespace {
 
 namespace flag = render::detail_flag;
 
-constexpr std::uint8_t any_uv = flag::uv0 | flag::uv1;
-
 std::uint8_t with(unsigned bits, unsigned more) { return static_cast<std::uint8_t>(bits | more); }
 
 std::uint16_t share_of(float value) {
-  return static_cast<std::uint16_t>(std::clamp(value, 0.0F, 1.0F) * 65535.0F + 0.5F);
+  return static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0F, 1.0F) * 65535.0F));
 }
 
 void add_tangents(const scene::Mesh& mesh, std::uint32_t first, const scene::Transform& to_group,

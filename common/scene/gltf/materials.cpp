@@ -118,7 +118,7 @@ Material Materials::read(int index) {
     out.normal_map = NormalMap{.texture = *normal, .scale = from.normalTexture.scale};
   // What lets light through has two sides.
   out.back_culled = !from.doubleSided && index >= 0 && surface.transmission.factor == 0;
-  out.surface = std::move(surface);
+  out.surface = surface;
   return out;
 }
 

@@ -39,13 +39,15 @@ std::string percent_decoded(std::string_view text) {
   return out;
 }
 
-constexpr std::array<std::int8_t, 256> base64_digits = [] {
-  std::array<std::int8_t, 256> out{};
-  out.fill(-1);
+constexpr std::uint8_t no_digit = 64;
+
+constexpr std::array<std::uint8_t, 256> base64_digits = [] {
+  std::array<std::uint8_t, 256> out{};
+  out.fill(no_digit);
   constexpr std::string_view digits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   for (std::size_t i = 0; i < digits.size(); ++i)
-    out[static_cast<unsigned char>(digits[i])] = static_cast<std::int8_t>(i);
+    out[static_cast<unsigned char>(digits[i])] = static_cast<std::uint8_t>(i);
   return out;
 }();
 
@@ -57,9 +59,9 @@ std::vector<std::byte> base64_decoded(std::string_view text) {
   std::uint32_t bits = 0;
   int held = 0;
   for (const char c : text) {
-    const int digit = base64_digits[static_cast<unsigned char>(c)];
-    if (digit < 0) refuse("a character in it is no base64");
-    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    const std::uint32_t digit = base64_digits[static_cast<unsigned char>(c)];
+    if (digit == no_digit) refuse("a character in it is no base64");
+    bits = bits << 6 | digit;
     held += 6;
     if (held >= 8) {
       held -= 8;

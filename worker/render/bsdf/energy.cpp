@@ -89,7 +89,7 @@ struct Reflection {
     for (int j = 0; j < side; ++j) {
       const float alpha = unwarp_alpha(coordinate(j, side));
       for (int i = 0; i < side; ++i) {
-        const auto at = static_cast<std::size_t>(j * side + i);
+        const std::size_t at = Table<side>::index(i, j);
         const float x = coordinate(i, side);
         albedo.values[at] = single_bounce(unwarp_cosine(x, alpha), alpha).albedo;
         schlick.values[at] = single_bounce(std::max(x * x, 1e-5F), alpha).schlick;
@@ -141,7 +141,7 @@ struct Interface {
     for (int j = 0; j < side; ++j) {
       const float y = coordinate(j, side), alpha = unwarp_alpha(y);
       for (int i = 0; i < side; ++i) {
-        table.values[static_cast<std::size_t>(j * side + i)] =
+        table.values[Table<side>::index(i, j)] =
             single_bounce(unwarp_cosine(coordinate(i, side), alpha), alpha, eta);
       }
       mean.values[static_cast<std::size_t>(j)] =

@@ -13,13 +13,17 @@ namespace tessera::render::energy {
 template <int Side>
 struct Table {
   std::array<float, static_cast<std::size_t>(Side) * static_cast<std::size_t>(Side)> values{};
+  /// Where the value of direction `i` and roughness `j` stands.
+  static constexpr std::size_t index(int i, int j) {
+    return static_cast<std::size_t>(j) * Side + static_cast<std::size_t>(i);
+  }
   /// 0…1 along each axis.
   [[nodiscard]] float at(float x, float y) const {
     const float fx = x * (Side - 1), fy = y * (Side - 1);
     const int i = fx < Side - 2 ? static_cast<int>(fx) : Side - 2;
     const int j = fy < Side - 2 ? static_cast<int>(fy) : Side - 2;
     const float a = fx - static_cast<float>(i), b = fy - static_cast<float>(j);
-    const float* p = &values[static_cast<std::size_t>(j * Side + i)];
+    const float* p = &values[index(i, j)];
     return (p[0] * (1 - a) + p[1] * a) * (1 - b) + (p[Side] * (1 - a) + p[Side + 1] * a) * b;
   }
 };

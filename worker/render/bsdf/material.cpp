@@ -18,10 +18,10 @@ void append(CompiledMaterial& material, const Instruction& instruction) {
   material.program[static_cast<std::size_t>(material.count++)] = instruction;
 }
 
-void append(CompiledMaterial& material, Surface surface) {
+void append(CompiledMaterial& material, const Surface& surface) {
   const std::uint8_t wants = std::visit([](const auto& one) { return one.wants(); }, surface);
   material.wants = static_cast<std::uint8_t>(material.wants | wants);
-  material.surfaces.push_back(std::move(surface));
+  material.surfaces.push_back(surface);
   append(material, Instruction{.code = Instruction::Code::surface,
                                .surface = static_cast<std::uint8_t>(material.surfaces.size() - 1)});
 }

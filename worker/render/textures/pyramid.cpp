@@ -39,7 +39,8 @@ Texel decoded(int channels, const std::byte* at, const float* table, const float
 
 float from_half(std::uint16_t half) { return _cvtsh_ss(half); }
 std::uint16_t to_half(float value) {
-  return static_cast<std::uint16_t>(_cvtss_sh(value, _MM_FROUND_TO_NEAREST_INT));
+  const __m128i halves = _mm_cvtps_ph(_mm_set_ss(value), _MM_FROUND_TO_NEAREST_INT);
+  return static_cast<std::uint16_t>(_mm_cvtsi128_si32(halves));
 }
 
 /// Which of `size` texels, from 2·index on, make texel `index` of the next level, and how much of
