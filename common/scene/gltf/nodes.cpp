@@ -11,17 +11,13 @@ namespace tessera::scene::gltf {
 
 namespace {
 
-std::vector<int> roots_of(Asset& asset) {
-  const tinygltf::Model& model = asset.model;
-  if (!model.scenes.empty())
-    return model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
+std::vector<int> nodes_without_parent(const tinygltf::Model& model) {
   std::vector<bool> is_child(model.nodes.size(), false);
   for (const tinygltf::Node& node : model.nodes)
     for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
   std::vector<int> out;
   for (std::size_t i = 0; i < model.nodes.size(); ++i)
     if (!is_child[i]) out.push_back(static_cast<int>(i));
-  if (!out.empty()) asset.warn("the file has no scene; all its nodes are shown");
   return out;
 }
 
@@ -30,15 +26,13 @@ class Walk {
   explicit Walk(Asset& asset) : asset_(asset), seen_(asset.model.nodes.size(), false) {}
 
   std::vector<PlacedNode> all() {
-    const std::vector<int> roots = roots_of(asset_);
-    for (const int root : roots) {
-      enter({.node = root, .parent = -1, .depth = 0, .to_parent = {}});
-      // The last entered is left first: children are entered from the last to the first.
-      while (!waiting_.empty()) {
-        const Waiting next = waiting_.back();
-        waiting_.pop_back();
-        place(next);
-      }
+    const tinygltf::Model& model = asset_.model;
+    if (!model.scenes.empty()) {
+      add(model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes);
+    } else {
+      const std::vector<int> roots = nodes_without_parent(model);
+      if (!roots.empty()) asset_.warn("the file has no scene; all its nodes are shown");
+      add(roots);
     }
     return std::move(placed_);
   }
@@ -48,6 +42,18 @@ class Walk {
     int node = 0, parent = -1, depth = 0;
     Transform to_parent;  ///< from the parent's space to the world
   };
+
+  void add(const std::vector<int>& roots) {
+    for (const int root : roots) {
+      enter({.node = root, .parent = -1, .depth = 0, .to_parent = {}});
+      // The last entered is left first: children are entered from the last to the first.
+      while (!waiting_.empty()) {
+        const Waiting next = waiting_.back();
+        waiting_.pop_back();
+        place(next);
+      }
+    }
+  }
 
   void enter(const Waiting& waiting) {
     const auto index = static_cast<std::size_t>(waiting.node);
