@@ -14,7 +14,7 @@ for purpose in "$@"; do
   case "$purpose" in
     build) wanted+=(git ca-certificates cmake ninja-build ccache g++ pkg-config "$boost" libembree-dev libopenexr-dev libtbb-dev
       nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libjpeg-dev libwebp-dev libisal-dev
-      libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libstb-dev fonts-dejavu-core) ;;
+      libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libdraco-dev libstb-dev fonts-dejavu-core) ;;
     test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
     plot) wanted+=(gnuplot-nox bsdextrautils) ;;
     check) wanted+=(clang-format clang-tidy clang libclang-rt-dev llvm) ;;

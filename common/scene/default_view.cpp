@@ -34,40 +34,54 @@ std::array<Vec3, 8> corners_of(const Bounds& box) {
   return out;
 }
 
-void grow_by_box(Bounds& bounds, const Bounds& box, const Transform& t) {
+/// Calls `see` with the corners that hold a shape, moved by `t`; with every vertex of a mesh.
+template <class See>
+void visit(const Bounds& box, const Transform& t, const See& see) {
   if (box.empty()) return;
-  for (const Vec3& corner : corners_of(box)) grow(bounds, times(t, corner));
+  for (const Vec3& corner : corners_of(box)) see(times(t, corner));
 }
-
-void grow_by(Bounds& bounds, const Quad& quad, const Transform& t) {
+template <class See>
+void visit(const Quad& quad, const Transform& t, const See& see) {
   for (int u = 0; u < 2; ++u)
     for (int v = 0; v < 2; ++v) {
       Vec3 p = quad.corner;
       for (std::size_t i = 0; i < 3; ++i) p[i] += u * quad.edge_u[i] + v * quad.edge_v[i];
-      grow(bounds, times(t, p));
+      see(times(t, p));
     }
 }
-void grow_by(Bounds& bounds, const Sphere& sphere, const Transform& t) {
+template <class See>
+void visit(const Sphere& sphere, const Transform& t, const See& see) {
   Bounds box{sphere.center, sphere.center};
   for (std::size_t i = 0; i < 3; ++i) {
     box.low[i] -= sphere.radius;
     box.high[i] += sphere.radius;
   }
-  grow_by_box(bounds, box, t);
+  visit(box, t, see);
 }
-void grow_by(Bounds& bounds, const Box& box, const Transform& t) {
-  grow_by_box(bounds, {box.low, box.high}, t);
+template <class See>
+void visit(const Box& box, const Transform& t, const See& see) {
+  visit(Bounds{box.low, box.high}, t, see);
 }
-void grow_by(Bounds& bounds, const Mesh& mesh, const Transform& t) {
-  for (const auto& p : mesh.positions) grow(bounds, times(t, {p[0], p[1], p[2]}));
+template <class See>
+void visit(const Mesh& mesh, const Transform& t, const See& see) {
+  for (const auto& p : mesh.positions) see(times(t, {p[0], p[1], p[2]}));
 }
-
-Bounds bounds_of(const std::vector<Shape>& shapes) {
-  Bounds out = nothing;
+template <class See>
+void visit(const std::vector<Shape>& shapes, const See& see) {
   for (const Shape& shape : shapes)
-    std::visit([&](const auto& geometry) { grow_by(out, geometry, shape.to_world); },
-               shape.geometry);
-  return out;
+    std::visit([&](const auto& geometry) { visit(geometry, shape.to_world, see); }, shape.geometry);
+}
+/// Of instances, the corners of their objects' boxes.
+template <class See>
+void visit(const Scene& scene, const See& see) {
+  visit(scene.shapes, see);
+  std::vector<Bounds> objects;
+  for (const Object& object : scene.objects) {
+    objects.push_back(nothing);
+    visit(object.shapes, [&](const Vec3& p) { grow(objects.back(), p); });
+  }
+  for (const Instance& instance : scene.instances)
+    visit(objects[instance.object], instance.to_world, see);
 }
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -84,30 +98,38 @@ Vec3 normalized(const Vec3& v) {
 }  // namespace
 
 Bounds bounds_of(const Scene& scene) {
-  Bounds out = bounds_of(scene.shapes);
-  std::vector<Bounds> objects;
-  for (const Object& object : scene.objects) objects.push_back(bounds_of(object.shapes));
-  for (const Instance& instance : scene.instances)
-    grow_by_box(out, objects[instance.object], instance.to_world);
+  Bounds out = nothing;
+  visit(scene, [&](const Vec3& p) { grow(out, p); });
   return out;
 }
 
-Camera view_of(const Bounds& bounds, double aspect) {
-  constexpr double degrees = 35, margin = 1.08;
+Camera view_of(const Scene& scene, double aspect) {
+  constexpr double degrees = 35, margin = 1.12;
   Camera out;
   out.fov_y_degrees = degrees;
+  const Bounds bounds = bounds_of(scene);
   if (bounds.empty()) return out;
   const Vec3 back = normalized({0.55, 0.35, 1});
   const Vec3 right = normalized(cross({0, 1, 0}, back)), up = cross(back, right);
   const double tan_y = std::tan(degrees / 360 * 3.14159265358979323846), tan_x = tan_y * aspect;
   for (std::size_t i = 0; i < 3; ++i) out.target[i] = 0.5 * (bounds.low[i] + bounds.high[i]);
-  double distance = 1e-6;
-  for (const Vec3& corner : corners_of(bounds)) {
-    const Vec3 p{corner[0] - out.target[0], corner[1] - out.target[1], corner[2] - out.target[2]};
-    distance = std::max({distance, std::abs(dot(right, p)) / tan_x + dot(back, p),
-                         std::abs(dot(up, p)) / tan_y + dot(back, p)});
+  // How far back the eye must stand for each of the film's four edges to clear every point. A step
+  // to a side takes from one of two edges what it gives the other.
+  std::array<double, 4> needed{-infinity, -infinity, -infinity, -infinity};
+  visit(scene, [&](const Vec3& point) {
+    const Vec3 p{point[0] - out.target[0], point[1] - out.target[1], point[2] - out.target[2]};
+    const double x = dot(right, p) / tan_x, y = dot(up, p) / tan_y, z = dot(back, p);
+    const std::array<double, 4> of_point{z + x, z - x, z + y, z - y};
+    for (std::size_t i = 0; i < 4; ++i) needed[i] = std::max(needed[i], of_point[i]);
+  });
+  const double aside = 0.5 * tan_x * (needed[0] - needed[1]);
+  const double above = 0.5 * tan_y * (needed[2] - needed[3]);
+  const double distance =
+      margin * std::max({1e-6, 0.5 * (needed[0] + needed[1]), 0.5 * (needed[2] + needed[3])});
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.target[i] += right[i] * aside + up[i] * above;
+    out.eye[i] = out.target[i] + back[i] * distance;
   }
-  for (std::size_t i = 0; i < 3; ++i) out.eye[i] = out.target[i] + back[i] * distance * margin;
   return out;
 }
 
@@ -120,7 +142,5 @@ bool has_light(const Scene& scene) {
   return scene.environment || !scene.lights.empty() ||
          std::any_of(scene.materials.begin(), scene.materials.end(), emits);
 }
-
-Environment studio_environment() { return {.radiance = {0.8, 0.8, 0.8}}; }
 
 }  // namespace tessera::scene

@@ -11,15 +11,12 @@ struct Bounds {
 /// Of shapes and instances; of a bent sphere, and of instances, the box around their own box.
 Bounds bounds_of(const Scene& scene);
 
-/// A camera in front (+z), a little to the right and above, that sees the whole box in a film of
-/// this width over height.
-Camera view_of(const Bounds& bounds, double aspect);
+/// A camera in front (+z), a little to the right and above, that sees all that is there, in the
+/// middle of a film of this width over height.
+Camera view_of(const Scene& scene, double aspect);
 
 /// True if anything in the scene shines: an environment, lights, a material that emits. (Unlit
 /// surfaces show themselves and light nothing.)
 bool has_light(const Scene& scene);
-
-/// Light from every direction, for a scene that has none.
-Environment studio_environment();
 
 }  // namespace tessera::scene

@@ -12,6 +12,7 @@
 #include "common/scene/names.hpp"
 #include "common/scene/parts.hpp"
 #include "common/scene/read_file.hpp"
+#include "common/scene/studio.hpp"
 
 namespace tessera::scene {
 
@@ -156,14 +157,14 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
 /// What a picture of included files needs, and neither they nor the scene have.
 void fill_in(Reading& reading, Scene& out) {
   if (out.cameras.empty()) {
-    out.cameras.push_back(view_of(bounds_of(out), static_cast<double>(out.render.width) /
-                                                      static_cast<double>(out.render.height)));
+    out.cameras.push_back(view_of(
+        out, static_cast<double>(out.render.width) / static_cast<double>(out.render.height)));
     out.cameras.back().name = "camera";
     reading.warnings.emplace_back("the scene has no camera: this one shows all of it");
   }
   if (!has_light(out)) {
-    out.environment = studio_environment();
-    reading.warnings.emplace_back("the scene has no light: even light comes from every direction");
+    add_studio(out);
+    reading.warnings.emplace_back("the scene has no light: it is given that of a studio");
   }
 }
 

@@ -82,6 +82,7 @@ void Accessors::check(int accessor, std::size_t wanted, const std::string& place
   if (matrix && from.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
     asset_.fail(
         place, fmt::format("expected matrices of floats; {} has others", accessor_place(accessor)));
+  if (unpacked_.contains(accessor)) return;
   const std::size_t most = from.bufferView < 0 ? limits::gltf_zeros : limits::mesh_vertices;
   if (from.count > most)
     throw Error(ErrorKind::too_large, fmt::format("{} elements; {} is the most", from.count, most),
@@ -113,6 +114,16 @@ template <class To>
 void Accessors::read_all(int accessor, To* out) {
   const tinygltf::Accessor& from = of(accessor);
   const std::size_t size = size_of_component(from.componentType) * components(accessor);
+  if (const auto found = unpacked_.find(accessor); found != unpacked_.end()) {
+    const Unpacked& unpacked = found->second;
+    convert(unpacked.component_type,
+            Elements{.first = unpacked.bytes.data(),
+                     .stride = size_of_component(unpacked.component_type) * components(accessor),
+                     .components = components(accessor),
+                     .normalized = from.normalized},
+            unpacked.count, out);
+    return;
+  }
   if (from.bufferView >= 0) {
     const Raw bytes = raw({.view = from.bufferView,
                            .offset = from.byteOffset,

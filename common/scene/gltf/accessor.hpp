@@ -21,7 +21,12 @@ class Accessors {
  public:
   explicit Accessors(const Asset& asset) : asset_(asset) {}
 
-  [[nodiscard]] std::size_t count(int accessor) const { return of(accessor).count; }
+  /// From here on the accessors of `primitive` have what KHR_draco_mesh_compression says, if it
+  /// does; those of the primitive before it no longer do. True if so: then indices are of a list of
+  /// triangles. `place` is the primitive's.
+  bool unpack_mesh(const tinygltf::Primitive& primitive, const std::string& place);
+
+  [[nodiscard]] std::size_t count(int accessor) const;
   /// Numbers in each element: 1 for SCALAR, 16 for MAT4.
   [[nodiscard]] std::size_t components(int accessor) const;
 
@@ -86,7 +91,15 @@ class Accessors {
   void read_bytes(int buffer, std::uint64_t offset, std::span<std::byte> out);
   const std::vector<std::byte>& decompressed(int view, const tinygltf::Value& meshopt);
 
+  /// What stands in for an accessor's own bytes.
+  struct Unpacked {
+    int component_type = 0;
+    std::size_t count = 0;
+    std::vector<std::byte> bytes;
+  };
+
   const Asset& asset_;
+  std::map<int, Unpacked> unpacked_;  ///< by accessor
   std::map<int, File> open_;
   std::map<int, std::vector<std::byte>> decompressed_;
 };

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t warnings_most = 50;
 
-constexpr std::array<std::string_view, 15> known_extensions{
+constexpr std::array<std::string_view, 16> known_extensions{
     "KHR_materials_variants",     "KHR_lights_punctual",
     "KHR_texture_transform",      "KHR_mesh_quantization",
     "KHR_materials_transmission", "KHR_materials_ior",
@@ -29,7 +29,7 @@ constexpr std::array<std::string_view, 15> known_extensions{
     "KHR_materials_specular",     "KHR_materials_clearcoat",
     "KHR_materials_anisotropy",   "KHR_materials_unlit",
     "EXT_mesh_gpu_instancing",    "EXT_texture_webp",
-    "EXT_meshopt_compression"};
+    "EXT_meshopt_compression",    "KHR_draco_mesh_compression"};
 
 /// The files that a glTF file names, and the bytes that it holds itself.
 class Gatherer {
@@ -165,6 +165,8 @@ Asset read_asset(const SceneFiles& files, const std::string& path) {
   // First, as the parser does not understand what another extension leaves out.
   check_extensions(checked, out);
   parse(checked.rest, out);
+  for (const std::size_t accessor : checked.without_view)
+    out.model.accessors[accessor].bufferView = -1;
   Gatherer gatherer(files, path, out);
   for (std::size_t i = 0; i < checked.buffers.size(); ++i)
     out.buffers.push_back(gatherer.buffer(checked.buffers[i],

@@ -176,6 +176,18 @@ std::optional<Uri> uri_of(Fields& in) {
   return Uri{.text = value->text(), .place = value->place().key};
 }
 
+/// Gives the first buffer view to those of `accessors` that have none; their numbers.
+std::vector<std::size_t> give_views(std::string& text, const Value& accessors) {
+  std::vector<std::size_t> out;
+  const std::vector<Value> items = accessors.items();
+  for (std::size_t i = items.size(); i-- > 0;)
+    if (!member_of(items[i], "bufferView")) {
+      text.insert(items[i].node().offset + 1, "\"bufferView\":0,");
+      out.push_back(i);
+    }
+  return out;
+}
+
 /// `text` with an empty list for the list that begins at `offset` and ends before `before`.
 void empty_list(std::string& text, std::size_t offset, std::size_t before) {
   const std::size_t end = text.rfind(']', before - 1);
@@ -226,6 +238,8 @@ CheckedJson check_json(std::string text, const std::string& name) {
   const std::vector<Value::Member> members = root.members();
   for (std::size_t i = members.size(); i-- > 0;) {
     const std::string& key = members[i].key.text();
+    if (key == "accessors" && member_of(root, "bufferViews"))
+      out.without_view = give_views(out.rest, members[i].value);
     if (key != "buffers" && key != "images") continue;
     const std::size_t before =
         i + 1 < members.size() ? members[i + 1].key.node().offset : document.text().size();

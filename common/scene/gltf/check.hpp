@@ -27,6 +27,9 @@ struct CheckedJson {
   std::vector<BufferEntry> buffers;
   std::vector<ImageEntry> images;
   std::vector<std::string> extensions_used, extensions_required;
+  /// Accessors without a buffer view, by number. As the parser wants one of all indices, the text
+  /// gives them the first.
+  std::vector<std::size_t> without_view;
   std::string rest;  ///< the text without the two: what the parser reads can name no file
 };
 

@@ -18,6 +18,7 @@
 #include "common/scene/gltf/mesh.hpp"
 #include "common/scene/gltf/nodes.hpp"
 #include "common/scene/gltf/pose.hpp"
+#include "common/scene/studio.hpp"
 
 namespace tessera::scene::gltf {
 
@@ -147,14 +148,13 @@ class Assembler {
   /// What a picture needs, and the file does not have.
   void fill_in(double aspect) {
     if (scene_.cameras.empty()) {
-      scene_.cameras.push_back(view_of(bounds_of(scene_), aspect));
+      scene_.cameras.push_back(view_of(scene_, aspect));
       scene_.cameras.back().name = "camera";
       if (options_.meshes) asset_.warn("the file has no camera: this one shows all of it");
     }
     if (!has_light(scene_)) {
-      scene_.environment = studio_environment();
-      if (options_.meshes)
-        asset_.warn("the file has no light: even light comes from every direction");
+      add_studio(scene_);
+      if (options_.meshes) asset_.warn("the file has no light: it is given that of a studio");
     }
   }
 

@@ -8,7 +8,9 @@ namespace tessera::limits {
 
 constexpr std::size_t gltf_values = 4U << 20;  ///< keys and values of its JSON
 constexpr std::size_t gltf_zeros = 16U << 20;  ///< elements of an accessor that no bytes stand for
-constexpr std::size_t gltf_unpacked = GiB;     ///< of one compressed buffer view
+constexpr std::size_t gltf_unpacked = GiB;     ///< of one compressed buffer view or mesh
+constexpr std::size_t gltf_draco_elements = 16U << 20;  ///< faces, and points, of one buffer
+constexpr std::size_t gltf_draco_ratio = 4096;          ///< of them, to a compressed byte
 constexpr std::size_t gltf_instances = 16U << 20;
 constexpr int gltf_node_depth = 4096;  ///< nodes above a node
 

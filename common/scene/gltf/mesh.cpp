@@ -42,10 +42,12 @@ class PrimitiveReader {
       : asset_(asset), accessors_(accessors), primitive_(primitive), pose_(pose), place_(place) {}
 
   PosedMesh read() {
+    const bool unpacked = accessors_.unpack_mesh(primitive_, place_);
     mesh_.positions =
         accessors_.vectors<3>(primitive_.attributes.at("POSITION"), attribute_place("POSITION"));
     check_positions();
-    mesh_.triangles = triangles_of(primitive_.mode, read_corners());
+    mesh_.triangles =
+        triangles_of(unpacked ? TINYGLTF_MODE_TRIANGLES : primitive_.mode, read_corners());
     if (mesh_.triangles.empty()) return {};
     read_attributes();
     morph(asset_, accessors_, primitive_, pose_, place_, mesh_);

@@ -72,6 +72,9 @@ constexpr std::array primitive{required(plain("attributes", Is::object)),
                                index("indices", "accessors"), index("material", "materials"),
                                whole("mode", 0, 6), plain("targets", Is::list)};
 constexpr std::array attributes{index("*", "accessors")};
+constexpr std::array draco{required(index("bufferView", "bufferViews")),
+                           required(plain("attributes", Is::object))};
+constexpr std::array draco_attributes{whole("*", 0, int_most)};
 constexpr std::array accessor{index("bufferView", "bufferViews"),
                               whole("byteOffset", 0, bytes_most),
                               required(word("componentType", "5120,5121,5122,5123,5125,5126,")),
@@ -163,7 +166,7 @@ constexpr std::array meshopt{required(index("buffer", "buffers")),
                              required(word("mode", "ATTRIBUTES,TRIANGLES,INDICES,")),
                              word("filter", "NONE,OCTAHEDRAL,QUATERNION,EXPONENTIAL,")};
 
-constexpr std::array<Rule, 48> all_rules{{
+constexpr std::array<Rule, 50> all_rules{{
     {"", root},
     {"asset", asset},
     {"scenes/*", scene},
@@ -176,6 +179,8 @@ constexpr std::array<Rule, 48> all_rules{{
     {"meshes/*/primitives/*/attributes", attributes},
     {"meshes/*/primitives/*/targets/*", attributes},
     {"meshes/*/primitives/*/extensions/KHR_materials_variants/mappings/*", mapping},
+    {"meshes/*/primitives/*/extensions/KHR_draco_mesh_compression", draco},
+    {"meshes/*/primitives/*/extensions/KHR_draco_mesh_compression/attributes", draco_attributes},
     {"accessors/*", accessor},
     {"accessors/*/sparse", sparse},
     {"accessors/*/sparse/indices", sparse_indices},

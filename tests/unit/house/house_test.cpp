@@ -68,7 +68,7 @@ const std::vector<std::pair<std::regex, std::string>>& rooms() {
       {std::regex("^embree[34]/"), "worker/accel"},
       {std::regex("^(sqlite3\\.h|SQLiteCpp/)"), "server/store"},
       {std::regex("^spdlog/"), "common/base"},
-      {std::regex("^(tiny_gltf\\.h|meshoptimizer\\.h|tiny_obj_loader\\.h)"), "common/scene"},
+      {std::regex("^(tiny_gltf\\.h|meshoptimizer\\.h|draco/|tiny_obj_loader\\.h)"), "common/scene"},
       {std::regex("^stb/stb_truetype"), "client"},
       {std::regex("^(stb/stb_image|png\\.h|jpeglib\\.h|webp/)"), "common/image"},
   };

@@ -1,0 +1,11 @@
+#pragma once
+#include "common/scene/description.hpp"
+
+namespace tessera::scene {
+
+/// Gives `scene`, which has no light, that of a photographer's studio as its environment: a grey
+/// backdrop, a large soft panel at the upper left of the first camera, a weaker one at its right
+/// and one from behind. Radiance is about 1 where a white surface faces the light.
+void add_studio(Scene& scene);
+
+}  // namespace tessera::scene
