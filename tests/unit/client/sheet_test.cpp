@@ -55,7 +55,7 @@ TEST(SheetLayout, cells_lie_in_a_grid_without_overlap_within_the_sheet) {
 TEST(SheetLayout, a_label_stands_in_the_middle_of_its_column_or_row) {
   const SheetLayout layout = lay_out(content());
   EXPECT_NEAR(middle_of(text_at(layout, "16")), layout.cells[2].x + 50, 1);
-  const PlacedText& row = text_at(layout, "2");
+  const PlacedText row = text_at(layout, "2");
   EXPECT_NEAR(row.baseline - cap_height(size_of(row.style)) / 2, layout.cells[3].y + 30, 1);
   EXPECT_LT(row.x, layout.cells[3].x);
   EXPECT_LT(text_at(layout, "16").baseline, layout.cells[2].y);
