@@ -13,7 +13,7 @@ find_package(JPEG REQUIRED)  # libjpeg-turbo in Debian
 find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
 find_package(meshoptimizer REQUIRED)
-pkg_check_modules(DRACO REQUIRED IMPORTED_TARGET draco)
+find_library(TESSERA_DRACO_LIBRARY draco REQUIRED)  # draco.pc names a folder that is not there, from one Debian to the next
 find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
 find_path(TESSERA_TINYGLTF tiny_gltf.h REQUIRED)  # its CMake target has another name from version to version
