@@ -13,11 +13,11 @@ find_package(JPEG REQUIRED)  # libjpeg-turbo in Debian
 find_package(TBB REQUIRED)
 find_package(tinyobjloader REQUIRED)
 find_package(meshoptimizer REQUIRED)
-find_library(TESSERA_DRACO_LIBRARY draco REQUIRED)  # draco.pc names a folder that is not there, from one Debian to the next
 find_package(SQLite3 REQUIRED)
 pkg_check_modules(ISAL REQUIRED IMPORTED_TARGET libisal)
 find_path(TESSERA_TINYGLTF tiny_gltf.h REQUIRED)  # its CMake target has another name from version to version
 find_library(TESSERA_TINYGLTF_LIBRARY tinygltf REQUIRED)
+include(cmake/Draco.cmake)
 pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)
 find_path(TESSERA_STB stb/stb_truetype.h REQUIRED)  # headers that are all of it; stb_image.h too
 find_file(TESSERA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu REQUIRED NO_DEFAULT_PATH)

@@ -260,7 +260,9 @@ void Coordinator::look_around() {
       return !view->build || *view->build == build;
     });
     const auto excused = excused_.find(worker);
-    const bool idle = held_[worker].empty() && (excused == excused_.end() || excused->second < now);
+    // It may still be at a scene that it was to build for leases that have ended since.
+    const bool idle = held_[worker].empty() && !link->worker->prepares() &&
+                      (excused == excused_.end() || excused->second < now);
     int& looks = idle_looks_[worker];
     looks = idle && could ? looks + 1 : 0;
     if (looks >= 3 && !quarantined(worker))

@@ -27,7 +27,7 @@ void World::cut(const Link& link, bool notices) {
 
 namespace {
 
-constexpr double give_up_seconds = 4000;
+constexpr double give_up_seconds = 20000;
 
 Weather draw_weather(Random& random) {
   Weather weather;

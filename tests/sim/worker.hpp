@@ -28,6 +28,8 @@ class Worker {
   [[nodiscard]] bool alive() const { return alive_; }
   [[nodiscard]] const Link& link() const { return link_; }
   [[nodiscard]] const server::WorkerInfo& info() const { return info_; }
+  /// It builds a scene.
+  [[nodiscard]] bool prepares() const { return preparing_.has_value(); }
 
   // ---- what arrives from the coordinator ----
   void assigned(const Assigned& order);
