@@ -56,6 +56,12 @@ if(TESSERA_SANITIZE)
   endif()
 endif()
 
+if(TESSERA_FUZZ)
+  # Every edge that an input takes is counted, which leads libFuzzer on.
+  add_compile_options(-fsanitize=fuzzer-no-link)
+  add_link_options(-fsanitize=fuzzer-no-link)
+endif()
+
 # tessera_library(name SOURCES… [PUBLIC libs…] [PRIVATE libs…]): one folder, one static library.
 function(tessera_library name)
   cmake_parse_arguments(A "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})

@@ -4,6 +4,8 @@
 
 #include <cerrno>
 
+#include "common/base/names.hpp"
+
 namespace tessera {
 
 std::string Place::text() const {
@@ -15,17 +17,29 @@ std::string Place::text() const {
 }
 
 namespace {
+
+/// Messages go into JSON, logs and terminals, and hold words from outside: lines of UTF-8.
+std::string legible(std::string_view text) {
+  std::string out;
+  for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+    out += excerpt(text.substr(0, end), end) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return out + excerpt(text, text.size());
+}
+
 std::string whole(const std::string& message, const Place& place) {
   const std::string where = place.text();
-  return where.empty() ? message : where + ": " + message;
+  return legible(where.empty() ? message : where + ": " + message);
 }
+
 }  // namespace
 
 Error::Error(ErrorKind kind, std::string message, Place place)
     : std::runtime_error(whole(message, place)),
       kind_(kind),
       place_(std::move(place)),
-      message_(std::move(message)) {}
+      message_(legible(message)) {}
 
 ErrorKind kind_of(const std::error_code& error) {
   if (error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory)

@@ -40,7 +40,7 @@ void refuse_picture(const std::string& name, std::string_view message) {
 }
 
 Texels picture_of(std::int64_t width, std::int64_t height, int channels, TexelFormat format,
-                  const std::string& name) {
+                  const std::string& name, std::uint64_t least_bytes, std::uint64_t file_bytes) {
   if (width < 1 || height < 1)
     refuse_picture(name, fmt::format("a picture of {} by {} has no texels", width, height));
   const auto texel = static_cast<std::int64_t>(bytes_of(format)) * channels;
@@ -52,6 +52,10 @@ Texels picture_of(std::int64_t width, std::int64_t height, int channels, TexelFo
                     "all of it {} MiB",
                     width, height, texel, limits::image_side, limits::image_bytes / limits::MiB),
         {.file = name, .key = {}});
+  if (file_bytes < least_bytes)
+    refuse_picture(name, fmt::format("a picture of {} by {} texels needs {} bytes or more, and the "
+                                     "file has {}: it ends too early",
+                                     width, height, least_bytes, file_bytes));
   Texels out;
   out.width = static_cast<int>(width);
   out.height = static_cast<int>(height);

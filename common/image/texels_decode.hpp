@@ -13,9 +13,11 @@ namespace tessera::image {
 [[noreturn]] void refuse_picture(const std::string& name, std::string_view message);
 
 /// Room for a picture whose header says this; throws Error{too_large} at `name` before anything is
-/// allocated if it is beyond limits.hpp, Error{bad_input} if it has no texels.
+/// allocated if it is beyond limits.hpp, Error{bad_input} if it has no texels, or if the file is
+/// shorter than `least_bytes`, the fewest that its format can put such a picture into.
 Texels picture_of(std::int64_t width, std::int64_t height, int channels, TexelFormat format,
-                  const std::string& name);
+                  const std::string& name, std::uint64_t least_bytes = 0,
+                  std::uint64_t file_bytes = 0);
 
 // All throw Error{bad_input, too_large} at `name` for what is broken, cut short or beyond limits.
 Texels decode_png(std::span<const std::byte> file, const std::string& name);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -19,7 +20,8 @@ class HdrReader {
 
   Texels read() {
     read_header();
-    Texels out = picture_of(width_, height_, 3, TexelFormat::f32, name_);
+    Texels out =
+        picture_of(width_, height_, 3, TexelFormat::f32, name_, least_bytes(), file_.size() - at_);
     std::vector<Code> row(static_cast<std::size_t>(width_));
     for (std::int64_t y = 0; y < height_; ++y) {
       read_row(row);
@@ -83,6 +85,12 @@ class HdrReader {
     const auto width = std::from_chars(height.ptr + 4, last, width_);
     if (width.ec != std::errc() || width.ptr != last)
       refuse("expected a size as in \"-Y 512 +X 1024\"");
+  }
+
+  /// A row's first texel, and two repetitions: one of up to 255 texels, one of any number.
+  [[nodiscard]] std::uint64_t least_bytes() const {
+    const std::uint64_t codes = width_ == 1 ? 1 : width_ <= 256 ? 2 : 3;
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(height_, 0)) * codes * sizeof(Code);
   }
 
   void read_row(std::vector<Code>& row) {

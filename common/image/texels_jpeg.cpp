@@ -16,6 +16,14 @@ namespace {
 /// A file that is decoded scan after scan would take its size times this.
 constexpr int scans_most = 500;
 
+/// Each block of 64 coefficients takes a bit at least: its first coefficient has a Huffman code.
+std::uint64_t least_bytes(const jpeg_decompress_struct& jpeg) {
+  std::uint64_t blocks = 0;
+  for (int i = 0; i < jpeg.num_components; ++i)
+    blocks += std::uint64_t{jpeg.comp_info[i].width_in_blocks} * jpeg.comp_info[i].height_in_blocks;
+  return blocks / 8;
+}
+
 /// libjpeg leaves by longjmp, so what calls it holds nothing that has a destructor.
 struct Reader {
   Reader() {
@@ -84,10 +92,12 @@ Texels decode_jpeg(std::span<const std::byte> file, const std::string& name) {
   const J_COLOR_SPACE space = reader.jpeg.jpeg_color_space;
   if (space == JCS_CMYK || space == JCS_YCCK)
     refuse_picture(name, "a JPEG for print (CMYK); expected gray or colour for screens");
+  if (reader.jpeg.arith_code != FALSE)
+    refuse_picture(name, "a JPEG with arithmetic coding; expected one with Huffman codes");
   const bool gray = space == JCS_GRAYSCALE;
   reader.jpeg.out_color_space = gray ? JCS_GRAYSCALE : JCS_RGB;
   Texels out = picture_of(reader.jpeg.image_width, reader.jpeg.image_height, gray ? 1 : 3,
-                          TexelFormat::u8, name);
+                          TexelFormat::u8, name, least_bytes(reader.jpeg), file.size());
   if (!read_rows(reader, out.bytes.data(), out.row_bytes())) refuse();
   return out;
 }

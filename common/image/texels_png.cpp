@@ -13,6 +13,9 @@ namespace tessera::image {
 
 namespace {
 
+/// Bytes that one byte of a deflated stream can stand for, at most.
+constexpr std::uint64_t densest_deflate = 1032;
+
 /// libpng's two structures. It leaves by longjmp, so what calls it holds nothing that has a
 /// destructor.
 struct Reader {
@@ -85,9 +88,11 @@ Texels decode_png(std::span<const std::byte> file, const std::string& name) {
   const bool alpha = (color & PNG_COLOR_MASK_ALPHA) != 0 || clear_color;
   const int channels = ((color & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1) + (alpha ? 1 : 0);
   const bool deep = png_get_bit_depth(reader.png, reader.info) == 16;
-  Texels out = picture_of(png_get_image_width(reader.png, reader.info),
-                          png_get_image_height(reader.png, reader.info), channels,
-                          deep ? TexelFormat::u16 : TexelFormat::u8, name);
+  const std::uint64_t height = png_get_image_height(reader.png, reader.info);
+  const std::uint64_t packed_bytes = height * png_get_rowbytes(reader.png, reader.info);
+  Texels out = picture_of(
+      png_get_image_width(reader.png, reader.info), static_cast<std::int64_t>(height), channels,
+      deep ? TexelFormat::u16 : TexelFormat::u8, name, packed_bytes / densest_deflate, file.size());
   if (!read_rows(reader, out.bytes.data(), out.row_bytes(), out.height)) refuse();
   return out;
 }

@@ -80,6 +80,7 @@ bool looks_like_tga(std::span<const std::byte> file) {
 }
 
 Texels decode_tga(std::span<const std::byte> file, const std::string& name) {
+  if (!looks_like_tga(file)) refuse_picture(name, "not a valid TGA file: its header is none");
   const Header header(file);
   if (file.size() > static_cast<std::size_t>(INT_MAX)) refuse_picture(name, "too large a TGA file");
   const auto* const bytes = reinterpret_cast<const stbi_uc*>(file.data());

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "common/base/error.hpp"
+#include "common/base/names.hpp"
 
 namespace tessera {
 
@@ -18,7 +19,7 @@ constexpr std::size_t expanded_most = 1'000'000;
   throw Error(ErrorKind::bad_input,
               fmt::format("expected frames such as 7, 1-240, 1-240x2 or 1,5,10-20, from {} to {}, "
                           "found \"{}\"",
-                          -frame_most, frame_most, text.substr(0, 64)));
+                          -frame_most, frame_most, excerpt(text)));
 }
 
 /// Takes a number off the front of `rest`.
@@ -46,6 +47,7 @@ FrameRange range_from(std::string_view text, std::string_view whole) {
   }
   if (!rest.empty() || range.last < range.first || range.step < 1) bad(whole);
   range.last = range.first + static_cast<std::int32_t>(range.count() - 1) * range.step;
+  if (range.last == range.first) range.step = 1;
   return range;
 }
 

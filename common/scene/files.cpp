@@ -17,7 +17,7 @@ std::string checked_path(std::string_view path) {
   const auto refuse = [&](std::string_view why) {
     throw Error(ErrorKind::bad_input,
                 fmt::format("\"{}\" {}; a scene's files lie in its folder or below",
-                            path.substr(0, 200), why));
+                            excerpt(path, 200), why));
   };
   if (path.empty()) refuse("names no file");
   if (path.size() > limits::bundle_path) refuse("is too long a path");

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "common/base/error.hpp"
+#include "common/base/names.hpp"
 #include "common/scene/read_file.hpp"
 
 namespace tessera::scene {
@@ -160,7 +161,7 @@ Mesh parse_obj(std::string_view text, const std::string& name) {
   const auto refuse = [&](const std::string& message) {
     throw Error(ErrorKind::bad_input, message, {.file = name, .key = {}});
   };
-  if (!good) refuse(fmt::format("not a good OBJ file: {}", errors.substr(0, 200)));
+  if (!good) refuse(fmt::format("not a good OBJ file: {}", excerpt(errors, 200)));
   if (attributes.vertices.size() != counts.positions * 3)
     refuse(fmt::format("{} positions were read, and {} stand in it", attributes.vertices.size() / 3,
                        counts.positions));

@@ -8,6 +8,9 @@ namespace tessera::scene::gltf {
 
 namespace {
 
+/// No byte of a packed view stands for more: columns of equal bytes take 2 bits for 256 of them.
+constexpr std::uint64_t densest_packing = 1024;
+
 /// What EXT_meshopt_compression says of a buffer view.
 struct Packed {
   std::size_t offset = 0, bytes = 0, stride = 0, count = 0;
@@ -72,6 +75,9 @@ const std::vector<std::byte>& Accessors::decompressed(int view, const tinygltf::
   if (packed.offset > there || packed.bytes > there - packed.offset)
     asset_.fail(place, fmt::format("{} bytes from {} on; /buffers/{} has {}", packed.bytes,
                                    packed.offset, packed.buffer, there));
+  if (packed.count * packed.stride / densest_packing > packed.bytes)
+    asset_.fail(place, fmt::format("{} elements of {} bytes cannot be in {} bytes: it is cut off",
+                                   packed.count, packed.stride, packed.bytes));
   std::vector<std::byte> from(packed.bytes);
   read_bytes(packed.buffer, packed.offset, from);
   std::vector<std::byte> out(packed.count * packed.stride);

@@ -23,6 +23,13 @@ TEST(Error, leaves_out_what_it_does_not_know_of_the_place) {
   EXPECT_STREQ(Error(ErrorKind::failed, "no", {.line = 2, .column = 4}).what(), "line 2:4: no");
 }
 
+TEST(Error, can_be_shown_whatever_stood_in_the_input) {
+  const Error error(ErrorKind::bad_input, "found \"a\x1b[2J\xff\"\nand more ü",
+                    {.file = "b\xc0", .key = "c\x7f"});
+  EXPECT_STREQ(error.what(), "b?: c?: found \"a?[2J?\"\nand more ü");
+  EXPECT_EQ(error.message(), "found \"a?[2J?\"\nand more ü");
+}
+
 TEST(ErrorKind, tells_a_full_disk_and_a_quota_from_other_trouble) {
   for (const auto* category : {&std::generic_category(), &std::system_category()}) {
     EXPECT_EQ(kind_of({ENOSPC, *category}), ErrorKind::no_room);

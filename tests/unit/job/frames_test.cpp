@@ -49,6 +49,7 @@ TEST(Frames, text_of_a_list_is_short_and_says_the_same) {
     EXPECT_EQ(frames_from_text(text_of(frames_from_text(text))), frames_from_text(text));
   }
   EXPECT_EQ(text_of(frames_from_text("1-240x2")), "1-239x2");
+  EXPECT_EQ(frames_from_text("1-9x65536"), FrameList(1, 1, 1)) << "one frame has no step";
 }
 
 TEST(Frames, that_make_no_sense_are_refused_with_examples) {
