@@ -18,6 +18,7 @@
 #include "common/image/texels_decode.hpp"
 #include "common/image/tile.hpp"
 #include "common/job/job_spec.hpp"
+#include "common/scene/gltf/draco.hpp"
 #include "common/scene/obj.hpp"
 #include "common/scene/ply.hpp"
 #include "common/scene/scene_file.hpp"
@@ -84,6 +85,11 @@ const std::map<std::string, Read>& readers() {
   static const std::map<std::string, Read> table{
       {"scene_json", [](Path file, Text) { load(file, "scene.json"); }},
       {"gltf", [](Path file, Text) { load(file, "model.glb"); }},
+      {"draco",
+       [](Path, Text text) {
+         (void)scene::gltf::decode_draco(std::as_bytes(std::span(text)),
+                                         std::span<const scene::gltf::DracoAttribute>());
+       }},
       {"obj", [](Path, Text text) { (void)scene::parse_obj(text, "mesh.obj"); }},
       {"ply", [](Path, Text text) { (void)scene::parse_ply(text, "mesh.ply"); }},
       {"png", by(image::decode_png)},
