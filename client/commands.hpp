@@ -17,7 +17,8 @@ namespace tessera::client {
 struct RenderOptions {
   JobOptions job;
   std::filesystem::path output;
-  double exposure = 0;  ///< stops; PNG alone
+  double exposure = 0;        ///< stops; PNG alone
+  std::string view = "srgb";  ///< PNG alone
   int workers = 1;
   int threads = 0;  ///< of each worker; 0: the machine's, divided among the workers
 };
@@ -30,13 +31,18 @@ struct WedgeOptions {
   std::filesystem::path exr_dir;  ///< empty: named as the sheet, without its ending
   int cell_width = 512;           ///< wider pictures are scaled down on the sheet
   double exposure = 0;            ///< stops; the sheet alone
+  std::string view = "srgb";      ///< the sheet alone
   std::optional<int> workers;     ///< of a farm of its own
   std::optional<int> threads;     ///< of each of its workers
 };
 int wedge(const Settings& settings, const WedgeOptions& options);
 
 /// What a scene holds and what of it cannot be shown.
-int info(const Settings& settings, const std::filesystem::path& scene);
+struct InfoOptions {
+  std::filesystem::path scene;
+  SceneOverrides overrides;
+};
+int info(const Settings& settings, const InfoOptions& options);
 
 int extend(const Settings& settings, const std::vector<JobId>& jobs, std::int64_t samples);
 int submit(const Settings& settings, const JobOptions& options);
@@ -48,8 +54,9 @@ struct FetchOptions {
   std::filesystem::path output;
   std::optional<std::int32_t> frame;  ///< one of them
   std::optional<FrameList>
-      frames;           ///< several; else the job's first, or all where # is in the name
-  double exposure = 0;  ///< stops; PNG alone
+      frames;                 ///< several; else the job's first, or all where # is in the name
+  double exposure = 0;        ///< stops; PNG alone
+  std::string view = "srgb";  ///< PNG alone
 };
 int fetch(const Settings& settings, const FetchOptions& options);
 

@@ -42,9 +42,7 @@ void add_fetch(CLI::App& app, Line& line) {
           ->type_name("N");
   add_frames(command, line.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20");
   frame->excludes("--frames");
-  command.add_option("--exposure", line.fetch.exposure, "Stops, for .png")
-      ->type_name("STOPS")
-      ->check(CLI::Range(-64., 64.));
+  add_look(command, line.fetch.exposure, line.fetch.view, ".png");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
       line.fetch.job = job_from(line.jobs.front());
@@ -167,7 +165,8 @@ void add_worker_control(CLI::App& app, Line& line) {
 void add_info(CLI::App& app, Line& line) {
   CLI::App& command = *app.add_subcommand(
       "info", "Count what a scene holds: triangles, materials, lights, cameras, what is not shown");
-  command.add_option("scene", line.info, "The scene: .json, .gltf or .glb")->required();
+  command.add_option("scene", line.info.scene, "The scene: .json, .gltf or .glb")->required();
+  add_overrides(command, line.info.overrides);
   command.callback([&line] {
     line.command = [&line](const Settings& settings) { return info(settings, line.info); };
   });

@@ -19,8 +19,8 @@ struct Line {
   WedgeOptions wedge;
   FetchOptions fetch;
   SetOptions set;
-  QuarantineOptions quarantine;       ///< its `workers` are drain's and release's too
-  std::filesystem::path info;         ///< the scene of info
+  QuarantineOptions quarantine;  ///< its `workers` are drain's and release's too
+  InfoOptions info;
   std::string job;                    ///< of a command that takes something behind it
   std::optional<std::string> frames;  ///< of fetch
   std::int64_t samples = 0;           ///< of extend
@@ -35,6 +35,10 @@ void describe(CLI::App& app, Line& line);
 // ---- describe_jobs.cpp ----
 /// render, wedge, submit.
 void describe_jobs(CLI::App& app, Line& line);
+/// Flags that say something of a scene in place of its file.
+void add_overrides(CLI::App& command, SceneOverrides& overrides);
+/// --exposure and --view.
+void add_look(CLI::App& command, double& exposure, std::string& view, const char* of);
 void add_frames(CLI::App& command, std::optional<std::string>& frames, const char* about);
 
 }  // namespace tessera::client

@@ -38,6 +38,7 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
       .add_option("--camera", job.camera,
                   "One of the scene's cameras, by its name or by its number from 0; else its first")
       ->type_name("NAME");
+  add_overrides(command, job.overrides);
   command.add_option("--name", job.name, "The job's name; else the scene's")->type_name("NAME");
   command
       .add_option("--order", job.order,
@@ -80,9 +81,7 @@ void add_render(CLI::App& app, Line& line) {
                   "The picture: .exr or .png; #### in its name is the place of a frame's number")
       ->required()
       ->type_name("FILE");
-  command.add_option("--exposure", options.exposure, "Stops, for .png")
-      ->type_name("STOPS")
-      ->check(CLI::Range(-64., 64.));
+  add_look(command, options.exposure, options.view, ".png");
   command.add_option("--workers", options.workers, "Worker processes (1)")
       ->type_name("K")
       ->check(CLI::Range(1, 1024));
@@ -127,9 +126,7 @@ void add_wedge(CLI::App& app, Line& line) {
                   "Pictures wider than this are scaled down on the sheet (512)")
       ->type_name("N")
       ->check(CLI::Range(1, 65536));
-  command.add_option("--exposure", options.exposure, "Stops, for the sheet")
-      ->type_name("STOPS")
-      ->check(CLI::Range(-64., 64.));
+  add_look(command, options.exposure, options.view, "the sheet");
   command
       .add_option("--workers", options.workers,
                   "Worker processes of a farm of its own (1); asks for one although "
@@ -166,6 +163,43 @@ void add_submit(CLI::App& app, Line& line) {
 }
 
 }  // namespace
+
+void add_overrides(CLI::App& command, SceneOverrides& overrides) {
+  command
+      .add_option(
+          "--env", overrides.environment,
+          "Environment in place of the scene's: a picture (.hdr, .exr, …), R,G,B, or studio")
+      ->type_name("FILE|R,G,B");
+  command
+      .add_option("--env-strength", overrides.environment_strength,
+                  "Multiplies the environment; else as the scene says (1)")
+      ->type_name("S")
+      ->check(CLI::Range(0., 1e12));
+  command
+      .add_option("--env-rotate", overrides.environment_rotation,
+                  "Turns the environment about +y, counter-clockwise as seen from above (0)")
+      ->type_name("DEGREES")
+      ->check(CLI::Range(-36000., 36000.));
+  command.add_option("--variant", overrides.variant, "Variant of a glTF file's materials")
+      ->type_name("NAME");
+  command
+      .add_option("--units", overrides.units,
+                  "What a glTF file's lights without a size are in: physical (candela, lux) or "
+                  "blender (these, made of watts by 683 lm/W: divided by it)")
+      ->type_name("NAME");
+}
+
+void add_look(CLI::App& command, double& exposure, std::string& view, const char* of) {
+  command.add_option("--exposure", exposure, fmt::format("Stops, for {}", of))
+      ->type_name("STOPS")
+      ->check(CLI::Range(-64., 64.));
+  command
+      .add_option("--view", view,
+                  fmt::format("How {} shows light: srgb, which cuts off what is beyond 1, or "
+                              "filmic, which lets it run out softly (srgb)",
+                              of))
+      ->type_name("NAME");
+}
 
 void add_frames(CLI::App& command, std::optional<std::string>& frames, const char* about) {
   command.add_option("--frames", frames, about)->type_name("LIST");

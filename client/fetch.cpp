@@ -62,13 +62,14 @@ std::vector<std::int32_t> wanted(const FetchOptions& options, const Json& object
 
 int fetch(const Settings& settings, const FetchOptions& options) {
   const PictureFormat format = check_output(options.output);
+  const Look look{.exposure = options.exposure, .view = view_from(options.view)};
   check_frame_files(options.output, options.frames ? options.frames->count() : 1);
   Server server(settings);
   const Json object = fetch_job(server, options.job);
   const JobState job = job_state_from(object);
   for (const std::int32_t frame : wanted(options, object)) {
     const std::filesystem::path file = file_of_frame(options.output, frame);
-    fetch_picture(server, picture_target(options.job, frame, format, options.exposure), file);
+    fetch_frame(server, options.job, frame, format, look, file);
     if (settings.json)
       print_json({{"output", file.string()},
                   {"job", job.id},

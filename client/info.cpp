@@ -9,9 +9,9 @@
 
 namespace tessera::client {
 
-int info(const Settings& settings, const std::filesystem::path& scene) {
-  const scene::FolderFiles files(scene.parent_path());
-  const SceneFacts facts = facts_of(load_named_scene(files, scene.filename().string()));
+int info(const Settings& settings, const InfoOptions& options) {
+  const NamedScene scene = named_scene(options.scene, options.overrides);
+  const SceneFacts facts = facts_of(load_named_scene(scene));
   if (settings.json)
     print_json(to_json(facts));
   else

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "client/overrides.hpp"
 #include "common/job/job_spec.hpp"
 #include "common/scene/description.hpp"
 
@@ -47,6 +48,7 @@ struct JobOptions {
   std::optional<double> time_limit_seconds;
   std::optional<int> max_workers;
   std::optional<std::string> frames;  ///< as frames_from_text reads them; else frame 1
+  SceneOverrides overrides;
   int priority = 0;
   bool mixed = false;
 };

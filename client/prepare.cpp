@@ -1,7 +1,6 @@
 #include "client/prepare.hpp"
 
 #include "client/interrupt.hpp"
-#include "common/base/error.hpp"
 
 namespace tessera::client {
 
@@ -24,21 +23,9 @@ SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher) {
   return out;
 }
 
-scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path) {
-  try {
-    return scene::load_scene(files, path);
-  } catch (const Error& error) {
-    // A scene that is not there was named wrongly: the command's input, not something that it did,
-    // is at fault.
-    if (error.kind() == ErrorKind::not_found)
-      throw Error(ErrorKind::bad_input, error.message(), error.place());
-    throw;
-  }
-}
-
 PreparedJob prepare(const JobOptions& options) {
-  const scene::FolderFiles files(options.scene.parent_path());
-  scene::LoadedScene loaded = load_named_scene(files, options.scene.filename().string());
+  NamedScene named = named_scene(options.scene, options.overrides);
+  scene::LoadedScene loaded = load_named_scene(named);
   PreparedJob out;
   out.warnings = std::move(loaded.warnings);
   out.spec = job_from(loaded.scene, options,
@@ -46,6 +33,7 @@ PreparedJob prepare(const JobOptions& options) {
   FileHasher hasher;
   out.assets = assets_of(std::move(loaded.files), hasher);
   out.spec.bundle = out.assets.digest;
+  out.edited = std::move(named.edited);
   return out;
 }
 

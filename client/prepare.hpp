@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "client/job_options.hpp"
+#include "client/overrides.hpp"
 #include "common/assets/bundle.hpp"
 #include "common/scene/scene_file.hpp"
 
@@ -21,6 +22,7 @@ struct PreparedJob {
   JobSpec spec;
   SceneAssets assets;
   std::vector<std::string> warnings;  ///< of the scene's, for the person
+  std::vector<MemoryFile> edited;     ///< among the assets' files
 };
 
 /// Hashes files, each once: scenes that are edits of one another share most of theirs.
@@ -34,9 +36,6 @@ class FileHasher {
 
 /// The manifest of a scene's files, the scene file first among them.
 SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher);
-
-/// Reads a scene that a command names; one that is not there is bad input like any other.
-scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path);
 
 /// Reads the scene and all that it uses, whatever is wrong in it being an error here, and hashes
 /// the files.

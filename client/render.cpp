@@ -42,6 +42,7 @@ int render(const Settings& settings, const RenderOptions& options) {
   const auto elapsed = [&] { return seconds(std::chrono::steady_clock::now() - start); };
   const int threads = threads_of_each(options.threads, options.workers);
   const PictureFormat format = check_output(options.output);
+  const Look shown{.exposure = options.exposure, .view = view_from(options.view)};
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the picture is still wanted
 
   const PreparedJob prepared = prepare(options.job);
@@ -62,8 +63,8 @@ int render(const Settings& settings, const RenderOptions& options) {
     printer.finish();
     if (job.state != "done") return outcome(job);
     for (std::uint32_t i = 0; i < frames.count(); ++i)
-      fetch_picture(server, picture_target(id, frames.number(i), format, options.exposure),
-                    file_of_frame(options.output, frames.number(i)));
+      fetch_frame(server, id, frames.number(i), format, shown,
+                  file_of_frame(options.output, frames.number(i)));
   } catch (const Error& error) {
     printer.finish();
     if (error.kind() == ErrorKind::unreachable)

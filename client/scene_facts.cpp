@@ -102,6 +102,8 @@ SceneFacts facts_of(const scene::LoadedScene& loaded) {
   out.files = loaded.files.size();
   for (const scene::UsedFile& used : loaded.files)
     out.file_bytes += std::filesystem::file_size(used.file);
+  out.variants = loaded.variants;
+  out.animations = loaded.animations;
   out.warnings = loaded.warnings;
   return out;
 }
@@ -125,6 +127,8 @@ Json to_json(const SceneFacts& facts) {
           {"image_bytes", facts.image_bytes},
           {"geometry_bytes", facts.geometry_bytes},
           {"cameras", facts.cameras},
+          {"variants", facts.variants},
+          {"animations", facts.animations},
           {"files", facts.files},
           {"file_bytes", facts.file_bytes},
           {"warnings", facts.warnings}};
@@ -152,6 +156,9 @@ std::string text_of(const SceneFacts& facts) {
   line("textures", fmt::format("{} of {} images, {} encoded", facts.textures, facts.images,
                                size_text(facts.image_bytes)));
   line("cameras", fmt::format("{}", fmt::join(facts.cameras, ", ")));
+  if (!facts.variants.empty()) line("variants", fmt::format("{}", fmt::join(facts.variants, ", ")));
+  if (!facts.animations.empty())
+    line("animations", fmt::format("{}", fmt::join(facts.animations, ", ")));
   line("geometry",
        fmt::format("{} in memory, and the hierarchy over it", size_text(facts.geometry_bytes)));
   line("files", fmt::format("{}, {}", facts.files, size_text(facts.file_bytes)));

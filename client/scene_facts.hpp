@@ -23,6 +23,7 @@ struct SceneFacts {
   std::size_t textures = 0, images = 0;
   std::uint64_t image_bytes = 0;     ///< as they are encoded
   std::uint64_t geometry_bytes = 0;  ///< of vertices and faces, without the hierarchy over them
+  std::vector<std::string> variants, animations;
   std::vector<std::string> cameras;
   std::size_t files = 0;
   std::uint64_t file_bytes = 0;

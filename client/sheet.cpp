@@ -89,19 +89,20 @@ void Sheet::draw(const PlacedText& text, const Color& ground) {
 }
 
 void Sheet::place(std::size_t cell, const image::ExrImage& picture, int width_most,
-                  double exposure_stops) {
+                  const Look& look) {
   const PictureSize from{picture.width, picture.height};
   const PictureSize to = fitted(from, width_most);
   const SheetBox& box = layout_.cells.at(cell);
   const int left = box.x + (cell_width_ - to.width) / 2;
   const int top = box.y + (cell_height_ - to.height) / 2;
-  const auto scale = static_cast<float>(std::exp2(exposure_stops));
+  const auto scale = static_cast<float>(std::exp2(look.exposure));
   constexpr std::array<const char*, 3> names{"R", "G", "B"};
   for (std::size_t c = 0; c < 3; ++c) {
     const std::span<const float> plane = picture.plane(names[c]);
     std::vector<float> shown(plane.begin(), plane.end());
     // What a PNG cuts off does not shine into its neighbours either.
-    for (float& value : shown) value = std::clamp(value * scale, 0.0F, 1.0F);
+    for (float& value : shown)
+      value = std::clamp(image::seen(look.view, value * scale), 0.0F, 1.0F);
     if (to != from) shown = scaled_down(shown, from, to);
     for (int y = 0; y < to.height; ++y)
       for (int x = 0; x < to.width; ++x)

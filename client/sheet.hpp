@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/output.hpp"
 #include "client/sheet_layout.hpp"
 #include "common/image/picture.hpp"
 
@@ -15,10 +16,9 @@ class Sheet {
  public:
   Sheet(SheetLayout layout, int cell_width, int cell_height);
 
-  /// Puts a picture in the middle of its cell: as PNG pictures are made, with this exposure. One
+  /// Puts a picture in the middle of its cell: as PNG pictures are made, by this look. One
   /// that is wider than `width_most` is scaled down, by the mean over the area of each new pixel.
-  void place(std::size_t cell, const image::ExrImage& picture, int width_most,
-             double exposure_stops);
+  void place(std::size_t cell, const image::ExrImage& picture, int width_most, const Look& look);
   /// In the place of a picture that is not there.
   void place_words(std::size_t cell, const std::string& words);
   [[nodiscard]] std::vector<std::byte> png() const;

@@ -31,7 +31,12 @@ bool on_own_farm(const Settings& settings, const WedgeOptions& options) {
   return settings.named == NamedBy::nobody || (asked && settings.named != NamedBy::flag);
 }
 
+Look look_of(const WedgeOptions& options) {
+  return {.exposure = options.exposure, .view = view_from(options.view)};
+}
+
 void check_options(const Settings& settings, const WedgeOptions& options) {
+  (void)look_of(options);
   if (check_output(options.output) != PictureFormat::png)
     throw Error(ErrorKind::bad_input, "a contact sheet is a .png", {.file = {}, .key = "--output"});
   if ((options.workers || options.threads) && !on_own_farm(settings, options))
@@ -111,7 +116,7 @@ class Jobs {
     for (std::size_t i = 0; i < states_.size(); ++i) {
       throw_if_interrupted();
       if (states_[i].state == "done")
-        sheet.place(i, image::read_exr_file(files_[i]), options.cell_width, options.exposure);
+        sheet.place(i, image::read_exr_file(files_[i]), options.cell_width, look_of(options));
       else
         sheet.place_words(i, states_[i].state);
     }
@@ -186,7 +191,7 @@ int wedge(const Settings& settings, const WedgeOptions& options) {
   const WedgePlan plan = plan_wedge(options.job, std::move(axes));
   const PreparedWedge prepared = prepare_wedge(plan);
   print_warnings(prepared.warnings);
-  const SheetContent content = content_of(plan, prepared, options.cell_width, options.exposure);
+  const SheetContent content = content_of(plan, prepared, options.cell_width, look_of(options));
   const SheetLayout layout = lay_out(content);
   const fs::path folder = exr_folder(options);
   std::signal(SIGPIPE, SIG_IGN);  // if nobody reads the progress, the pictures are still wanted

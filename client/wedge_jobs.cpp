@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
@@ -15,26 +16,6 @@ namespace tessera::client {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A scene's folder, in which another file stands for the scene file.
-class EditedFiles : public scene::SceneFiles {
- public:
-  EditedFiles(const fs::path& scene, fs::path edited)
-      : folder_(scene.parent_path()),
-        name_(scene::checked_path(scene.filename().string())),
-        edited_(std::move(edited)) {}
-  [[nodiscard]] fs::path locate(const std::string& path) const override {
-    return scene::checked_path(path) == name_ ? edited_ : folder_.locate(path);
-  }
-  [[nodiscard]] std::string shown(const std::string& path) const override {
-    return folder_.shown(path);
-  }
-
- private:
-  scene::FolderFiles folder_;
-  std::string name_;
-  fs::path edited_;
-};
 
 /// An edited scene's text is not the file's, so its lines and columns would mislead.
 [[noreturn]] void fail_with(const Error& error, const std::string& values, bool edited) {
@@ -57,29 +38,36 @@ class Preparer {
   PreparedWedge prepare() {
     const bool edits = std::any_of(plan_.scenes.begin(), plan_.scenes.end(),
                                    [](const auto& edited) { return !edited.empty(); });
-    const fs::path& file = plan_.cells.front().job.scene;
+    const JobOptions& job = plan_.cells.front().job;
+    NamedScene named = named_scene(job.scene, job.overrides);
     Json original;
     if (edits) {
-      load_named_scene(scene::FolderFiles(file.parent_path()), file.filename().string());
-      original = parse_json(read_text_file(file, limits::scene_json_bytes), file.string());
+      (void)load_named_scene(named);
+      original =
+          parse_json(named.document.empty() ? read_text_file(job.scene, limits::scene_json_bytes)
+                                            : named.document,
+                     job.scene.string());
     }
     for (std::size_t i = 0; i < plan_.scenes.size(); ++i) {
       if (plan_.scenes[i].empty()) {
-        take(i, scene::FolderFiles(file.parent_path()));
+        take(i, named.files, named.path);
       } else {
         out_.edited.emplace_back(edited_text(original, plan_.scenes[i]));
-        take(i, EditedFiles(file, out_.edited.back().path()));
+        auto over = named.files.over();
+        over[scene::checked_path(named.path)] = {out_.edited.back().path()};
+        take(i, OverlayFiles(job.scene.parent_path(), std::move(over)), named.path);
       }
     }
+    std::move(named.edited.begin(), named.edited.end(), std::back_inserter(out_.edited));
     return std::move(out_);
   }
 
  private:
-  void take(std::size_t index, const scene::SceneFiles& files) {
+  void take(std::size_t index, const scene::SceneFiles& files, const std::string& path) {
     const fs::path& file = plan_.cells.front().job.scene;
     scene::LoadedScene loaded = [&] {
       try {
-        return load_named_scene(files, file.filename().string());
+        return load_named_scene(files, path);
       } catch (const Error& error) {
         if (plan_.scenes[index].empty()) throw;
         std::string values;

@@ -19,7 +19,7 @@ std::string counted(std::int64_t count, std::string_view one) {
   return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
 }
 
-std::string note_of(const WedgePlan& plan, const RenderSettings& render, double exposure_stops) {
+std::string note_of(const WedgePlan& plan, const RenderSettings& render, const Look& look) {
   std::string out;
   const auto varied = [&](std::string_view name) {
     return std::any_of(plan.axes.begin(), plan.axes.end(),
@@ -37,9 +37,10 @@ std::string note_of(const WedgePlan& plan, const RenderSettings& render, double 
   add("filter", render.filter);
   add("bounces", counted(render.bounces, "bounce"));
   add("seed", fmt::format("seed {}", render.seed));
-  if (exposure_stops != 0)
-    add("", fmt::format("exposure {:+g} stop{}", exposure_stops,
-                        exposure_stops == 1 || exposure_stops == -1 ? "" : "s"));
+  if (look.view == image::View::filmic) add("", "filmic");
+  if (look.exposure != 0)
+    add("", fmt::format("exposure {:+g} stop{}", look.exposure,
+                        look.exposure == 1 || look.exposure == -1 ? "" : "s"));
   return out;
 }
 
@@ -55,10 +56,10 @@ std::string heading_of(const WedgePlan& plan, const WedgeCell& cell) {
 }  // namespace
 
 SheetContent content_of(const WedgePlan& plan, const PreparedWedge& prepared, int cell_width,
-                        double exposure_stops) {
+                        const Look& look) {
   SheetContent out;
   out.title = prepared.scene_name;
-  out.note = note_of(plan, prepared.jobs.front().render, exposure_stops);
+  out.note = note_of(plan, prepared.jobs.front().render, look);
   out.column_name = plan.axes[0].parameter;
   out.columns = labels_of(plan.axes[0]);
   out.rows = {""};

@@ -137,7 +137,8 @@ bool has_light(const Scene& scene) {
   const auto emits = [](const Material& material) {
     if (std::holds_alternative<Emitter>(material.surface)) return true;
     const auto* surface = std::get_if<Principled>(&material.surface);
-    return surface != nullptr && !surface->unlit && surface->emission.factor != Color{0, 0, 0};
+    return surface != nullptr && !surface->unlit && !surface->emission.texture &&
+           surface->emission.factor != Color{0, 0, 0};
   };
   return scene.environment || !scene.lights.empty() ||
          std::any_of(scene.materials.begin(), scene.materials.end(), emits);

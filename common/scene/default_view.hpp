@@ -16,7 +16,8 @@ Bounds bounds_of(const Scene& scene);
 Camera view_of(const Scene& scene, double aspect);
 
 /// True if anything in the scene shines: an environment, lights, a material that emits. (Unlit
-/// surfaces show themselves and light nothing.)
+/// surfaces show themselves and light nothing, and emission that a texture paints is what displays
+/// and windows have: a scene with no other light is too dark to see the rest.)
 bool has_light(const Scene& scene);
 
 }  // namespace tessera::scene

@@ -73,10 +73,10 @@ class Includer {
         own_materials_(reading.materials.size()),
         own_lights_(out.lights.size()) {}
 
-  void add(const Value& file, const Transform& to_world) {
+  void add(const Value& file, const Transform& to_world, const gltf::Options& options) {
     if (!gltf::is_gltf(file.text()))
       file.fail_expected("the name of a glTF file, which ends in .gltf or .glb");
-    Scene part = reading_.load_part(file);
+    Scene part = reading_.load_part(file, options);
     take_materials(part, file);
     const auto first_object = static_cast<std::uint32_t>(out_.objects.size());
     for (Object& object : part.objects) {
@@ -151,14 +151,18 @@ void read_includes(const Value& list, Reading& reading, Scene& out) {
   Includer includer(reading, out);
   for (const Value& item : list.items("a list of glTF files, each a name or {\"file\": …}")) {
     if (item.kind() == Kind::text) {
-      includer.add(item, Transform{});
+      includer.add(item, Transform{}, {});
       continue;
     }
     Fields in(item);
     const Value file = in.required("file");
     const auto transform = in.optional("transform");
+    gltf::Options options;
+    if (const auto variant = in.optional("variant")) options.variant = variant->text();
+    if (const auto units = in.optional("units"))
+      options.units = read_word(*units, "units", gltf::unit_names);
     in.finish();
-    includer.add(file, transform ? read_transform(*transform) : Transform{});
+    includer.add(file, transform ? read_transform(*transform) : Transform{}, options);
   }
 }
 

@@ -108,6 +108,8 @@ Surface principled(Fields& in, Reading& reading) {
   unit("clearcoat_roughness", out.clearcoat_roughness);
   unit("anisotropy", out.anisotropy);
   out.anisotropy_rotation = in.number_or("anisotropy_rotation", -360, 360, 0) * degrees;
+  if (const auto map = in.optional("clearcoat_normal_map"))
+    out.clearcoat_normal = read_normal_map(*map, reading);
   color("emission", radiance_most, out.emission);
   out.unlit = in.boolean_or("unlit", out.unlit);
   return out;
@@ -140,6 +142,14 @@ void read_common(Fields& in, Material& out, Reading& reading) {
     out.opacity.mode = Opacity::Mode::blend;
     out.opacity.alpha = scalar_input_or(in, "opacity", 0, 1, out.opacity.alpha, reading);
   }
+  if (const auto cutoff = in.optional("alpha_cutoff")) {
+    if (!in.has("opacity"))
+      cutoff->fail("give opacity too: the surface is there where that is at least this");
+    out.opacity.mode = Opacity::Mode::mask;
+    out.opacity.cutoff = cutoff->number(0, 1);
+  }
+  if (const auto map = in.optional("normal_map")) out.normal_map = read_normal_map(*map, reading);
+  if (const auto map = in.optional("bump_map")) out.bump_map = read_bump_map(*map, reading);
   out.back_culled = in.boolean_or("back_culled", out.back_culled);
   out.priority = static_cast<std::int32_t>(in.integer_or("priority", -1000, 1000, out.priority));
 }
@@ -159,8 +169,11 @@ std::uint32_t part_of_mix(const Value& value, const std::vector<Material>& all,
   const Material& part = all[found->second];
   if (std::holds_alternative<Mix>(part.surface)) value.fail("a mix cannot be part of a mix");
   if (is_light(part)) value.fail("what emits cannot be part of a mix");
-  if (part.opacity.mode != Opacity::Mode::opaque || part.back_culled || part.priority != 0)
-    value.fail("opacity, back_culled and priority belong to the mix, not to its parts");
+  if (part.opacity.mode != Opacity::Mode::opaque || part.back_culled || part.priority != 0 ||
+      part.normal_map || part.bump_map)
+    value.fail(
+        "opacity, back_culled, priority, normal_map and bump_map belong to the mix, not to its "
+        "parts");
   return found->second;
 }
 

@@ -1,12 +1,15 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "common/base/names.hpp"
 #include "common/scene/description.hpp"
 #include "common/scene/fields.hpp"
+#include "common/scene/gltf/gltf.hpp"
 #include "common/scene/scene_file.hpp"
 
 /// How each part of a scene file is read. One table for materials, one for shapes: a new type is
@@ -29,8 +32,8 @@ class Reading {
   /// is none.
   std::filesystem::path use_file(const Value& value);
   /// A glTF file that `value` names, without what would be made up for it; its files and warnings
-  /// join this scene's.
-  Scene load_part(const Value& file);
+  /// join this scene's. `options` say its variant and units.
+  Scene load_part(const Value& file, gltf::Options options);
   /// The name of a file of the scene, for errors.
   [[nodiscard]] std::string shown(const std::string& path) const { return files_.shown(path); }
   /// False if mesh files need only be there.
@@ -49,7 +52,7 @@ class Reading {
   }
 
   std::vector<Material> materials;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings, variants, animations;
   std::vector<Image> images;
   std::vector<Texture> textures;
 
@@ -76,6 +79,11 @@ ColorInput color_input_or(Fields& fields, std::string_view key, double high,
 ScalarInput scalar_input_or(Fields& fields, std::string_view key, double low, double high,
                             const ScalarInput& fallback, Reading& reading);
 
+/// A texture's name, or such an object with `strength`.
+NormalMap read_normal_map(const Value& value, Reading& reading);
+/// A texture's name, or such an object with `height`.
+BumpMap read_bump_map(const Value& value, Reading& reading);
+
 /// A list of steps, the first applied first. Throws if the whole is singular.
 Transform read_transform(const Value& steps);
 
@@ -95,6 +103,18 @@ Mesh read_mesh(Fields& fields, Reading& reading);
 
 /// `camera`, or the list `cameras`: exactly one of the two keys must be there.
 std::vector<Camera> read_cameras(Fields& root);
+
+/// The meaning of the word at `value`, or an error that names the nearest.
+template <class Meaning, std::size_t Size>
+Meaning read_word(const Value& value, std::string_view kind,
+                  const std::array<std::pair<std::string_view, Meaning>, Size>& words) {
+  std::vector<std::string_view> names;
+  for (const auto& [name, meaning] : words) {
+    if (name == value.text()) return meaning;
+    names.push_back(name);
+  }
+  value.fail(unknown_name(kind, value.text(), names));
+}
 
 /// A list of glTF files whose parts join the scene: materials stand in `reading` behind its own.
 /// The scene's materials, cameras and lights take the place of included ones of their names.

@@ -32,15 +32,18 @@ fs::path Reading::use_file(const Value& value) {
   }
 }
 
-Scene Reading::load_part(const Value& file) {
+Scene Reading::load_part(const Value& file, gltf::Options options) {
   (void)use_file(file);
-  LoadedScene part =
-      gltf::load(files_, checked_path(file.text()), {.meshes = meshes_, .whole = false});
+  options.meshes = meshes_;
+  options.whole = false;
+  LoadedScene part = gltf::load(files_, checked_path(file.text()), options);
   for (UsedFile& used : part.files)
     if (std::none_of(used_.begin(), used_.end(),
                      [&](const UsedFile& other) { return other.path == used.path; }))
       used_.push_back(std::move(used));
   std::move(part.warnings.begin(), part.warnings.end(), std::back_inserter(warnings));
+  std::move(part.variants.begin(), part.variants.end(), std::back_inserter(variants));
+  std::move(part.animations.begin(), part.animations.end(), std::back_inserter(animations));
   return std::move(part.scene);
 }
 
@@ -94,24 +97,33 @@ void read_render(Fields& root, RenderSettings& out) {
   in.finish();
 }
 
-std::optional<Environment> read_environment(Fields& root, Reading& reading) {
+/// What a scene says of its surroundings.
+struct Surroundings {
+  std::optional<Environment> environment;
+  bool studio = false;  ///< turned with the camera, which is not known yet
+};
+
+Surroundings read_environment(Fields& root, Reading& reading) {
   const auto environment = root.optional("environment");
-  if (!environment) return std::nullopt;
+  if (!environment) return {};
   Fields in(*environment);
   Environment out;
-  if (const auto file = in.optional("file")) {
-    if (const auto radiance = in.optional("radiance"))
-      radiance->fail(
-          "radiance and file exclude each other: an environment is a colour or a picture");
+  const bool studio = in.boolean_or("studio", false);
+  const auto file = in.optional("file");
+  const auto radiance = in.optional("radiance");
+  if ((studio ? 1 : 0) + (file ? 1 : 0) + (radiance ? 1 : 0) > 1)
+    environment->fail(
+        "radiance, file and studio exclude each other: an environment is a colour, a picture or "
+        "the studio's light");
+  out.radiance = {1, 1, 1};
+  if (file)
     out.image = reading.use_image(*file);
-    out.radiance = {1, 1, 1};
-  } else {
+  else if (!studio)
     out.radiance = in.required("radiance").color(radiance_most);
-  }
   out.strength = in.number_or("strength", 0, strength_most, out.strength);
   out.rotation_degrees = in.number_or("rotation", -36000, 36000, 0);
   in.finish();
-  return out;
+  return {.environment = out, .studio = studio};
 }
 
 std::vector<Object> read_objects(const Value& objects, Reading& reading) {
@@ -180,7 +192,8 @@ Scene read_scene(const Value& value, Reading& reading) {
   read_render(root, out.render);
   const auto include = root.optional("include");
   if (!include || root.has("camera") || root.has("cameras")) out.cameras = read_cameras(root);
-  out.environment = read_environment(root, reading);
+  const Surroundings surroundings = read_environment(root, reading);
+  out.environment = surroundings.environment;
   if (const auto lights = root.optional("lights")) out.lights = read_lights(*lights);
   if (const auto textures = root.optional("textures")) read_textures(*textures, reading);
   if (const auto materials = root.optional("materials"))
@@ -200,6 +213,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   root.finish();
   out.materials = std::move(reading.materials);
   if (include) fill_in(reading, out);
+  if (surroundings.studio) add_studio(out);
   return out;
 }
 
@@ -222,6 +236,8 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) 
   for (const UsedFile& used : reading.used())
     if (used.path != checked) out.files.push_back(used);
   out.warnings = std::move(reading.warnings);
+  out.variants = std::move(reading.variants);
+  out.animations = std::move(reading.animations);
   return out;
 }
 

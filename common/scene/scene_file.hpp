@@ -63,6 +63,8 @@ struct LoadedScene {
       files;  ///< the scene file first, then what it names, each once, in the order of first use
   /// What the scene asks for and is not supported, and what was made up for it; whole sentences.
   std::vector<std::string> warnings;
+  /// What glTF files offer: variants of their materials, animations.
+  std::vector<std::string> variants, animations;
 };
 
 /// Reads the scene file `path` and all that it uses: glTF where its name ends in .gltf or .glb,

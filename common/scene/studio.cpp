@@ -95,9 +95,10 @@ std::vector<std::byte> studio_picture() {
 void add_studio(Scene& scene) {
   const Camera& camera = scene.cameras.front();
   const double x = camera.eye[0] - camera.target[0], z = camera.eye[2] - camera.target[2];
-  scene.environment = Environment{.radiance = {1, 1, 1},
-                                  .image = static_cast<std::uint32_t>(scene.images.size()),
-                                  .rotation_degrees = std::atan2(x, z) * 180 / std::numbers::pi};
+  if (!scene.environment) scene.environment = Environment{};
+  scene.environment->radiance = {1, 1, 1};
+  scene.environment->image = static_cast<std::uint32_t>(scene.images.size());
+  scene.environment->rotation_degrees += std::atan2(x, z) * 180 / std::numbers::pi;
   scene.images.push_back(
       {.name = "studio light",
        .encoded = std::make_shared<const std::vector<std::byte>>(studio_picture())});

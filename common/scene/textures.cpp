@@ -14,6 +14,7 @@ namespace {
 
 constexpr double factor_most = 1e30;
 constexpr double coordinate_most = 1e6;
+constexpr double slope_most = 1e6;
 
 constexpr std::array<std::pair<std::string_view, Wrap>, 3> wraps{
     {{"repeat", Wrap::repeat},
@@ -29,36 +30,24 @@ constexpr std::array<std::pair<std::string_view, std::uint8_t>, 4> channels{
      {"b", std::uint8_t{2}},
      {"a", std::uint8_t{3}}}};
 
-/// The meaning of the word at `value`, or an error that names the nearest.
-template <class Meaning, std::size_t Size>
-Meaning word(const Value& value, std::string_view kind,
-             const std::array<std::pair<std::string_view, Meaning>, Size>& words) {
-  std::vector<std::string_view> names;
-  for (const auto& [name, meaning] : words) {
-    if (name == value.text()) return meaning;
-    names.push_back(name);
-  }
-  value.fail(unknown_name(kind, value.text(), names));
-}
-
 /// file, color_space, wrap, filter.
 TextureSource read_source(Fields& in, Reading& reading) {
   TextureSource out;
   out.texture.image = reading.use_image(in.required("file"));
   if (const auto space = in.optional("color_space"))
-    out.color_space = word(*space, "color space", spaces);
+    out.color_space = read_word(*space, "color space", spaces);
   if (const auto wrap = in.optional("wrap")) {
     if (wrap->kind() == Kind::array) {
       const std::vector<Value> both = wrap->items();
       if (both.size() != 2) wrap->fail_expected("one wrap mode, or two: of u and of v");
-      out.texture.wrap_u = word(both[0], "wrap mode", wraps);
-      out.texture.wrap_v = word(both[1], "wrap mode", wraps);
+      out.texture.wrap_u = read_word(both[0], "wrap mode", wraps);
+      out.texture.wrap_v = read_word(both[1], "wrap mode", wraps);
     } else {
-      out.texture.wrap_u = out.texture.wrap_v = word(*wrap, "wrap mode", wraps);
+      out.texture.wrap_u = out.texture.wrap_v = read_word(*wrap, "wrap mode", wraps);
     }
   }
   if (const auto filter = in.optional("filter"))
-    out.texture.nearest = word(*filter, "filter", filters);
+    out.texture.nearest = read_word(*filter, "filter", filters);
   return out;
 }
 
@@ -147,6 +136,28 @@ TextureUse read_texture_use(const Value& value, Reading& reading, ColorSpace mea
   return out;
 }
 
+NormalMap read_normal_map(const Value& value, Reading& reading) {
+  if (value.kind() == Kind::text)
+    return {.texture = read_texture_use(value, reading, ColorSpace::linear)};
+  Fields in(value);
+  NormalMap out;
+  out.scale = in.number_or("strength", -slope_most, slope_most, out.scale);
+  out.texture = read_use_keys(in, reading, ColorSpace::linear);
+  in.finish();
+  return out;
+}
+
+BumpMap read_bump_map(const Value& value, Reading& reading) {
+  if (value.kind() == Kind::text)
+    return {.texture = read_texture_use(value, reading, ColorSpace::linear)};
+  Fields in(value);
+  BumpMap out;
+  out.height = in.number_or("height", -length_most, length_most, out.height);
+  out.texture = read_use_keys(in, reading, ColorSpace::linear);
+  in.finish();
+  return out;
+}
+
 ColorInput color_input_or(Fields& fields, std::string_view key, double high,
                           const ColorInput& fallback, Reading& reading) {
   const auto value = fields.optional(key);
@@ -175,7 +186,7 @@ ScalarInput scalar_input_or(Fields& fields, std::string_view key, double low, do
   Fields in(*value);
   out.factor = in.number_or("factor", -factor_most, factor_most, 1);
   if (const auto channel = in.optional("channel"))
-    out.channel = word(*channel, "channel", channels);
+    out.channel = read_word(*channel, "channel", channels);
   out.texture = read_use_keys(in, reading, ColorSpace::linear);
   in.finish();
   return out;

@@ -1,6 +1,7 @@
 #include "common/scene/gltf/gltf.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -27,6 +28,23 @@ namespace {
 constexpr int film_height = 540;
 constexpr double film_aspect = 16.0 / 9.0;
 
+std::vector<std::string> variants_of(const Asset& asset) {
+  std::vector<std::string> out;
+  const auto* all = extension(asset.model.extensions, "KHR_materials_variants");
+  const auto* list = all == nullptr ? nullptr : member(*all, "variants");
+  for (std::size_t i = 0; list != nullptr && i < list->ArrayLen(); ++i)
+    out.push_back(text_or(list->Get(static_cast<int>(i)), "name", ""));
+  return out;
+}
+
+std::vector<std::string> animations_of(const Asset& asset) {
+  std::vector<std::string> out;
+  for (const tinygltf::Animation& animation : asset.model.animations)
+    out.push_back(animation.name.empty() ? fmt::format("animation {}", out.size())
+                                         : excerpt(animation.name, 120));
+  return out;
+}
+
 /// Puts a file's parts together into a scene.
 class Assembler {
  public:
@@ -34,10 +52,11 @@ class Assembler {
       : asset_(asset), options_(options), accessors_(asset), materials_(asset) {}
 
   Scene assemble() {
+    find_variant();
     animate(asset_, accessors_, 0);
     const std::vector<PlacedNode> nodes = placed_nodes(asset_);
     scene_.cameras = read_cameras(asset_, nodes);
-    scene_.lights = read_lights(asset_, nodes);
+    scene_.lights = read_lights(asset_, nodes, options_.units);
     const double aspect =
         std::clamp(aspect_of_first(asset_, nodes).value_or(film_aspect), 0.05, 20.0);
     scene_.render.height = film_height;
@@ -54,6 +73,34 @@ class Assembler {
   }
 
  private:
+  void find_variant() {
+    if (!options_.variant) return;
+    const std::vector<std::string> names = variants_of(asset_);
+    const auto found = std::find(names.begin(), names.end(), *options_.variant);
+    if (names.empty())
+      asset_.fail(
+          "", fmt::format("unknown variant \"{}\": the file has none", excerpt(*options_.variant)));
+    if (found == names.end())
+      asset_.fail("/extensions/KHR_materials_variants/variants",
+                  unknown_name("variant", *options_.variant, {names.begin(), names.end()}));
+    variant_ = static_cast<int>(found - names.begin());
+  }
+
+  /// Of the variant that is shown.
+  [[nodiscard]] int material_of(const tinygltf::Primitive& primitive) const {
+    const auto* variants = extension(primitive.extensions, "KHR_materials_variants");
+    if (variant_ < 0 || variants == nullptr) return primitive.material;
+    const tinygltf::Value& mappings = variants->Get("mappings");
+    for (std::size_t i = 0; i < mappings.ArrayLen(); ++i) {
+      const tinygltf::Value& mapping = mappings.Get(static_cast<int>(i));
+      const tinygltf::Value& of = mapping.Get("variants");
+      for (std::size_t k = 0; k < of.ArrayLen(); ++k)
+        if (of.Get(static_cast<int>(k)).GetNumberAsInt() == variant_)
+          return integer_or(mapping, "material", primitive.material);
+    }
+    return primitive.material;
+  }
+
   /// Where each mesh stands; what is bent stands apart.
   void find_places(const std::vector<PlacedNode>& nodes) {
     places_.resize(asset_.model.meshes.size());
@@ -115,7 +162,7 @@ class Assembler {
       if (!made) continue;
       Shape shape{.name = name,
                   .geometry = std::move(made->mesh),
-                  .material = materials_.use(primitive.material),
+                  .material = materials_.use(material_of(primitive)),
                   .to_world = {}};
       (made->in_world ? scene_.shapes : shapes).push_back(std::move(shape));
     }
@@ -141,8 +188,9 @@ class Assembler {
   void warn_of_the_rest() {
     const tinygltf::Model& model = asset_.model;
     if (!model.animations.empty()) asset_.warn("its animations stand still at their first moment");
-    if (extension(model.extensions, "KHR_materials_variants") != nullptr)
-      asset_.warn("the file has variants of its materials; the default is shown");
+    if (const auto names = variants_of(asset_); !names.empty() && variant_ < 0)
+      asset_.warn(fmt::format("the file has variants of its materials ({}); the default is shown",
+                              fmt::join(names, ", ")));
   }
 
   /// What a picture needs, and the file does not have.
@@ -164,6 +212,7 @@ class Assembler {
   Materials materials_;
   std::vector<std::vector<Transform>> places_;  ///< by mesh; of those that are not bent
   std::size_t count_ = 0;                       ///< of places
+  int variant_ = -1;                            ///< that is shown; −1: the default
   Scene scene_;
 };
 
@@ -183,6 +232,8 @@ LoadedScene load(const SceneFiles& files, const std::string& path, const Options
   for (const UsedFile& used : asset.files)
     if (used.path != path) out.files.push_back(used);
   out.scene = Assembler(asset, options).assemble();
+  out.variants = variants_of(asset);
+  out.animations = animations_of(asset);
   out.warnings = std::move(asset.warnings);
   return out;
 }

@@ -1,6 +1,10 @@
 #pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/scene/scene_file.hpp"
 
@@ -10,9 +14,20 @@ namespace tessera::scene::gltf {
 /// By the ending of its name.
 bool is_gltf(std::string_view path);
 
+/// What numbers of lights without a size mean; those of emission and environments stand as they
+/// are.
+enum class Units : std::uint8_t {
+  physical,  ///< candela and lux, as the specification says
+  blender    ///< watts that Blender's exporter multiplied by 683 lm/W: divided by it again
+};
+constexpr std::array<std::pair<std::string_view, Units>, 2> unit_names{
+    {{"physical", Units::physical}, {"blender", Units::blender}}};
+
 struct Options {
   bool meshes = true;  ///< else no vertex is read
   bool whole = true;   ///< a camera and light are made up where the file has none, with a warning
+  std::optional<std::string> variant = {};  ///< of KHR_materials_variants; else the default
+  Units units = Units::physical;
 };
 
 /// Reads the file `path`, checked_path's spelling, and all that it names. Throws Error with the

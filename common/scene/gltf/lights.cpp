@@ -12,16 +12,19 @@ namespace tessera::scene::gltf {
 namespace {
 
 constexpr double degrees_per_radian = 180.0 / 3.14159265358979323846;
+/// Luminous efficacy that Blender's exporter takes for all light, lm/W.
+constexpr double lumens_per_watt = 683;
 /// Of the outer cone's angle; where both are one, its edge is sharp.
 constexpr double inner_most = 0.9999;
 
-PunctualLight light_of(const tinygltf::Light& from, const Transform& to_world) {
+PunctualLight light_of(const tinygltf::Light& from, const Transform& to_world, Units units) {
   const auto& m = to_world.m;
   const Vec3 position{m[3], m[7], m[11]};
   const Vec3 direction{-m[2], -m[6], -m[10]};
   Color color{1, 1, 1};
   if (from.color.size() == 3) std::copy_n(from.color.begin(), 3, color.begin());
-  for (double& channel : color) channel *= from.intensity;
+  for (double& channel : color)
+    channel *= from.intensity / (units == Units::blender ? lumens_per_watt : 1);
   PunctualLight out;
   out.name = from.name.empty() ? from.type : excerpt(from.name, 120);
   if (from.type == "directional") {
@@ -47,7 +50,8 @@ bool has_direction(const Transform& t) {
 
 }  // namespace
 
-std::vector<PunctualLight> read_lights(Asset& asset, const std::vector<PlacedNode>& nodes) {
+std::vector<PunctualLight> read_lights(Asset& asset, const std::vector<PlacedNode>& nodes,
+                                       Units units) {
   std::vector<PunctualLight> out;
   for (const PlacedNode& placed : nodes) {
     const tinygltf::Node& node = asset.model.nodes[static_cast<std::size_t>(placed.node)];
@@ -66,7 +70,7 @@ std::vector<PunctualLight> read_lights(Asset& asset, const std::vector<PlacedNod
     }
     if (from.range > 0)
       asset.warn("ranges of lights are passed over: light falls off with the square of its way");
-    out.push_back(light_of(from, placed.to_world));
+    out.push_back(light_of(from, placed.to_world, units));
   }
   return out;
 }

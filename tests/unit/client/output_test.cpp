@@ -31,5 +31,12 @@ TEST(Output, the_route_has_the_frame_and_for_png_the_exposure) {
             "/v1/jobs/3/frames/1/image.png?exposure=-1.5");
 }
 
+TEST(Output, a_view_is_named_and_the_nearest_is_said) {
+  EXPECT_EQ(view_from("filmic"), image::View::filmic);
+  const Error error = error_of([&] { (void)view_from("filmc"); });
+  EXPECT_EQ(error.place().key, "--view");
+  EXPECT_NE(error.message().find("filmic"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -151,8 +151,8 @@ image::ExrImage picture(int width, int height, float value) {
 TEST(Sheet, a_picture_changes_its_own_cell_alone) {
   const SheetLayout layout = lay_out(content());
   Sheet bare(layout, 100, 60), one(layout, 100, 60), dark(layout, 100, 60);
-  one.place(4, picture(100, 60, 0.5F), 512, 0);
-  dark.place(4, picture(200, 120, 1), 100, -1);
+  one.place(4, picture(100, 60, 0.5F), 512, {});
+  dark.place(4, picture(200, 120, 1), 100, {.exposure = -1});
   EXPECT_NE(one.png(), bare.png());
   EXPECT_EQ(one.png(), dark.png()) << "one stop down is half, and scaling keeps a plain colour";
 }

@@ -84,7 +84,7 @@ TEST_F(WedgeJobs, what_is_wrong_is_said_with_the_values_it_is_wrong_for) {
 TEST_F(WedgeJobs, the_sheet_says_what_varies_as_labels_and_what_does_not_in_its_note) {
   const WedgePlan asked = plan({"samples=1,4,16", "materials.m.type=diffuse,mirror", "seed=1,2"});
   const PreparedWedge prepared = prepare_wedge(asked);
-  const SheetContent content = content_of(asked, prepared, 20, 1);
+  const SheetContent content = content_of(asked, prepared, 20, {.exposure = 1});
   EXPECT_EQ(content.title, "Ball");
   EXPECT_EQ(content.note,
             "40 × 30 · 1 light sample · path · sobol_owen · tent · 3 bounces · exposure +1 stop");
@@ -99,7 +99,7 @@ TEST_F(WedgeJobs, the_sheet_says_what_varies_as_labels_and_what_does_not_in_its_
 
 TEST_F(WedgeJobs, pictures_of_several_sizes_stand_in_boxes_of_the_largest) {
   const WedgePlan asked = plan({"size=10x30,40x20"});
-  const SheetContent content = content_of(asked, prepare_wedge(asked), 512, 0);
+  const SheetContent content = content_of(asked, prepare_wedge(asked), 512, {});
   EXPECT_EQ(content.cell_width, 40);
   EXPECT_EQ(content.cell_height, 30);
   EXPECT_EQ(content.row_name, "");

@@ -134,6 +134,18 @@ TEST(GltfScene, a_view_of_all_and_even_light_are_made_up_and_said) {
   EXPECT_THAT(loaded.warnings, Contains(HasSubstr("no light")));
 }
 
+TEST(GltfScene, emission_of_one_colour_is_light_and_what_a_texture_paints_is_none) {
+  GltfFile file;
+  file.with_triangle();
+  file.json["images"] = nlohmann::json::array({{{"uri", "data:image/png;base64,AAAA"}}});
+  file.json["textures"] = nlohmann::json::array({{{"source", 0}}});
+  file.json["materials"] = nlohmann::json::array({{{"emissiveFactor", {1, 1, 1}}}});
+  file.json["meshes"][0]["primitives"][0]["material"] = 0;
+  EXPECT_FALSE(file.load().scene.environment.has_value());
+  file.json["materials"][0]["emissiveTexture"]["index"] = 0;
+  EXPECT_TRUE(file.load().scene.environment.has_value());
+}
+
 TEST(GltfScene, cameras_look_along_their_nodes_minus_z) {
   GltfFile file;
   file.with_triangle();

@@ -25,7 +25,8 @@ std::vector<std::string> examples() {
 TEST(ReadyScenes, every_example_of_the_reference_is_a_scene) {
   const TemporaryFolder folder;
   folder.write("models/teapot.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  for (const char* picture : {"oak.png", "oak-roughness.png", "sky.hdr"})
+  for (const char* picture :
+       {"leaf.png", "leaf-height.png", "oak.png", "oak-normal.png", "oak-roughness.png", "sky.hdr"})
     folder.write(picture, "x");
   const auto all = examples();
   ASSERT_GE(all.size(), 6U);
@@ -36,7 +37,13 @@ TEST(ReadyScenes, every_example_of_the_reference_is_a_scene) {
 TEST(ReadyScenes, every_key_stands_in_an_example) {
   std::string all;
   for (const std::string& example : examples()) all += example;
-  for (const char* key : {"tessera",
+  for (const char* key : {"normal_map",
+                          "bump_map",
+                          "height",
+                          "clearcoat_normal_map",
+                          "alpha_cutoff",
+                          "studio",
+                          "tessera",
                           "name",
                           "about",
                           "film",

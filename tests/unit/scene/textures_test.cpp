@@ -102,6 +102,37 @@ TEST_F(Textures, feed_the_inputs_of_materials) {
   EXPECT_EQ(scene.images.size(), 2U);
 }
 
+TEST_F(Textures, bend_normals_and_cut_holes) {
+  const std::string scene = R"({
+    "tessera": 1, "camera": {"eye": [0, 0, 5], "target": [0, 0, 0]},
+    "textures": {"wood": {"file": "wood.png"}},
+    "materials": {
+      "a": {"type": "diffuse", "normal_map": "wood", "opacity": {"texture": "wood", "channel": "a"}, "alpha_cutoff": 0.4},
+      "b": {"type": "conductor", "name": "gold",
+            "bump_map": {"texture": "wood", "height": 0.02, "scale": 3}},
+      "c": {"type": "principled", "clearcoat": 1,
+            "clearcoat_normal_map": {"file": "rough.png", "strength": 0.5, "uv_set": 1}}}})";
+  const Scene out = parse_scene(scene, "scene.json", files_);
+  const Material &a = out.materials.at(0), &b = out.materials.at(1), &c = out.materials.at(2);
+  ASSERT_TRUE(a.normal_map && b.bump_map);
+  EXPECT_EQ(out.textures.at(a.normal_map->texture.texture).color_space, ColorSpace::linear);
+  EXPECT_EQ(a.normal_map->scale, 1);
+  EXPECT_EQ(a.opacity.mode, Opacity::Mode::mask);
+  EXPECT_EQ(a.opacity.cutoff, 0.4);
+  EXPECT_EQ(a.opacity.alpha.channel, 3);
+  EXPECT_EQ(b.bump_map->height, 0.02);
+  EXPECT_EQ(b.bump_map->texture.to_uv[0], 3);
+  EXPECT_EQ(b.opacity.mode, Opacity::Mode::opaque);
+  const auto& coat = std::get<Principled>(c.surface).clearcoat_normal;
+  ASSERT_TRUE(coat.has_value());
+  EXPECT_EQ(coat->scale, 0.5);
+  EXPECT_EQ(coat->texture.uv_set, 1);
+  EXPECT_EQ(error_of(scene_with(R"("materials": {"m": {"type": "diffuse", "alpha_cutoff": 0.5}},)"))
+                .place()
+                .key,
+            "materials.m.alpha_cutoff");
+}
+
 TEST_F(Textures, scale_then_rotation_then_offset) {
   const auto use = color("{}", R"({"file": "wood.png", "scale": [2, 3], "rotation": 90,
                                    "offset": [0.25, 0.5], "wrap": ["repeat", "clamp_to_edge"]})");
