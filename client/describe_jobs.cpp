@@ -69,13 +69,21 @@ void take_texts(const Line& line, JobOptions& job) {
   if (line.time) job.time_limit_seconds = time_from(*line.time);
 }
 
+void add_frames_of_job(CLI::App& command, JobOptions& job) {
+  add_frames(command, job.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20 (1)");
+  command
+      .add_option("--fps", job.fps,
+                  "Frames a second, of what moves in the scene; frame 1 is its first moment (24)")
+      ->type_name("N");
+}
+
 void add_render(CLI::App& app, Line& line) {
   CLI::App& command = *app.add_subcommand(
       "render",
       "Render one picture here: starts a coordinator and workers, and leaves nothing but the file");
   RenderOptions& options = line.render;
   add_job_options(command, line, options.job);
-  add_frames(command, options.job.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20 (1)");
+  add_frames_of_job(command, options.job);
   command
       .add_option("-o,--output", options.output,
                   "The picture: .exr or .png; #### in its name is the place of a frame's number")
@@ -151,7 +159,7 @@ void add_submit(CLI::App& app, Line& line) {
       *app.add_subcommand("submit", "Send a scene to the server; prints the job's number");
   JobOptions& job = line.render.job;
   add_job_options(command, line, job);
-  add_frames(command, job.frames, "Which frames: 7, 1-240, 1-240x2 or 1,5,10-20 (1)");
+  add_frames_of_job(command, job);
   command.add_option("--priority", job.priority, "-100 to 100, higher first (0)")->type_name("N");
   command.add_flag("--mixed", job.mixed, "Take workers of any build, and give up identical bits");
   command.callback([&line] {

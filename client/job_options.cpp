@@ -160,6 +160,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.seed, options.seed);
   take(spec.tile, options.tile);
   take(spec.pass, options.pass);
+  take(spec.fps, options.fps);
   take(spec.max_workers, options.max_workers);
   take(spec.time_limit_seconds, options.time_limit_seconds);
   spec.focus = options.focus;

@@ -49,6 +49,7 @@ struct JobOptions {
   std::optional<int> max_workers;
   std::optional<std::string> frames;  ///< as frames_from_text reads them; else frame 1
   SceneOverrides overrides;
+  std::optional<double> fps;
   int priority = 0;
   bool mixed = false;
 };

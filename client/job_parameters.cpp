@@ -84,6 +84,7 @@ const std::vector<JobParameter>& job_parameters() {
       parameter<&JobOptions::width>("width"),
       parameter<&JobOptions::height>("height"),
       parameter<&JobOptions::camera>("camera"),
+      parameter<&JobOptions::fps>("fps"),
       parameter<&JobOptions::tile>("tile"),
       parameter<&JobOptions::pass>("pass"),
   };
@@ -96,7 +97,8 @@ const JobParameter* find_job_parameter(std::string_view name) {
   if (name.starts_with(render)) {
     key = name.substr(render.size());
     // These are no keys of "render", so such a path is the scene's matter, to refuse.
-    for (const std::string_view other : {"size", "width", "height", "camera", "tile", "pass"})
+    for (const std::string_view other :
+         {"size", "width", "height", "camera", "fps", "tile", "pass"})
       if (key == other) return nullptr;
   } else if (name == "film.width" || name == "film.height") {
     key = name.substr(film.size());

@@ -1,5 +1,10 @@
 #include "client/prepare.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "client/interrupt.hpp"
 
 namespace tessera::client {
@@ -23,6 +28,18 @@ SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher) {
   return out;
 }
 
+namespace {
+/// The frames of all that moves, for one who asked for none.
+std::string motion_note(double duration, double fps) {
+  constexpr double most = frame_most;
+  const double last = std::min(std::floor(duration * fps + 1e-6) + 1, most);
+  return fmt::format(
+      "the scene moves for {:.4g} s, and this is its first moment: --frames 1-{:.0f} renders it at "
+      "{:g} frames a second",
+      duration, last, fps);
+}
+}  // namespace
+
 PreparedJob prepare(const JobOptions& options) {
   NamedScene named = named_scene(options.scene, options.overrides);
   scene::LoadedScene loaded = load_named_scene(named);
@@ -30,6 +47,8 @@ PreparedJob prepare(const JobOptions& options) {
   out.warnings = std::move(loaded.warnings);
   out.spec = job_from(loaded.scene, options,
                       Digest{});  // what is wrong with it is said before files are hashed
+  if (loaded.duration > 0 && !options.frames)
+    out.warnings.push_back(motion_note(loaded.duration, out.spec.fps));
   FileHasher hasher;
   out.assets = assets_of(std::move(loaded.files), hasher);
   out.spec.bundle = out.assets.digest;

@@ -99,6 +99,7 @@ SceneFacts facts_of(const scene::LoadedScene& loaded) {
   out.images = from.images.size();
   for (const scene::Image& image : from.images) out.image_bytes += bytes_of(image);
   for (const scene::Camera& camera : from.cameras) out.cameras.push_back(camera.name);
+  out.duration = loaded.duration;
   out.files = loaded.files.size();
   for (const scene::UsedFile& used : loaded.files)
     out.file_bytes += std::filesystem::file_size(used.file);
@@ -129,6 +130,7 @@ Json to_json(const SceneFacts& facts) {
           {"cameras", facts.cameras},
           {"variants", facts.variants},
           {"animations", facts.animations},
+          {"duration", facts.duration},
           {"files", facts.files},
           {"file_bytes", facts.file_bytes},
           {"warnings", facts.warnings}};
@@ -159,6 +161,7 @@ std::string text_of(const SceneFacts& facts) {
   if (!facts.variants.empty()) line("variants", fmt::format("{}", fmt::join(facts.variants, ", ")));
   if (!facts.animations.empty())
     line("animations", fmt::format("{}", fmt::join(facts.animations, ", ")));
+  if (facts.duration > 0) line("moves for", fmt::format("{:.4g} s", facts.duration));
   line("geometry",
        fmt::format("{} in memory, and the hierarchy over it", size_text(facts.geometry_bytes)));
   line("files", fmt::format("{}, {}", facts.files, size_text(facts.file_bytes)));

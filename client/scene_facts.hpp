@@ -25,6 +25,7 @@ struct SceneFacts {
   std::uint64_t geometry_bytes = 0;  ///< of vertices and faces, without the hierarchy over them
   std::vector<std::string> variants, animations;
   std::vector<std::string> cameras;
+  double duration = 0;  ///< of what moves, seconds
   std::size_t files = 0;
   std::uint64_t file_bytes = 0;
   std::vector<std::string> warnings;

@@ -15,6 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr double time_limit_most = 365.25 * 24 * 3600;
+constexpr double fps_least = 0.001, fps_most = 10'000;
 
 constexpr std::array<std::string_view, 3> order_names{"hilbert", "center", "scanline"};
 
@@ -144,6 +145,10 @@ void check_focus(const Rect& focus, const RenderSettings& film) {
   within("focus.height", focus.height, 1, film.height - focus.y);
 }
 
+double time_of(const JobSpec& spec, std::int32_t frame) {
+  return (static_cast<double>(frame) - 1) / spec.fps;
+}
+
 void check(const JobSpec& spec) {
   if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
   within("priority", spec.priority, -100, 100);
@@ -170,6 +175,8 @@ void check(const JobSpec& spec) {
     bad("render.seed",
         fmt::format("expected a whole number from 0 to {}, found {}", INT64_MAX, render.seed));
   check_frames(spec.frames);
+  if (!(spec.fps >= fps_least && spec.fps <= fps_most))
+    bad("fps", fmt::format("expected a number from {} to {}", fps_least, fps_most));
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("max_workers", spec.max_workers, 0, max_workers_most);
@@ -194,6 +201,7 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"bundle", spec.bundle.hex()},
           {"camera", spec.camera},
           {"frames", frames_json(spec.frames)},
+          {"fps", spec.fps},
           {"render", render_json(spec.render)},
           {"tile", spec.tile},
           {"pass", spec.pass},
@@ -216,6 +224,7 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   spec.camera = in.text_or("camera", "");
   if (const Json* frames = in.optional("frames"))
     spec.frames = frames_from(*frames, in.path_of("frames"));
+  spec.fps = in.number_or("fps", fps_least, fps_most, spec.fps);
   spec.render = render_from(in.required("render"), in.path_of("render"));
   spec.tile = static_cast<int>(
       in.integer_or("tile", limits::tile_side_min, limits::tile_side_max, spec.tile));
@@ -244,6 +253,8 @@ Digest plan_digest(const JobSpec& spec) {
   for (const char* key :
        {"name", "priority", "max_workers", "order", "focus", "time_limit_seconds"})
     decisive.erase(key);
+  // Plans of jobs that were accepted before there was such a key keep their digest.
+  if (spec.fps == JobSpec{}.fps) decisive.erase("fps");
   decisive["plan"] = 1;  // counts changes of the rule for tiles and passes
   return digest_of(decisive.dump());
 }

@@ -49,6 +49,7 @@ struct JobSpec {
   Digest bundle;       ///< the manifest that names the scene and its files
   std::string camera;  ///< one of the scene's; empty is its first
   FrameList frames;
+  double fps = 24;  ///< frames a second, of what moves in the scene: see time_of()
   RenderSettings render;
   int tile = 64;         ///< side of a tile, pixels
   int pass = 256;        ///< most samples of a pass
@@ -61,6 +62,9 @@ struct JobSpec {
 
   bool operator==(const JobSpec&) const = default;
 };
+
+/// The moment that a frame shows, in seconds: frame 1 is the time 0.
+double time_of(const JobSpec& spec, std::int32_t frame);
 
 /// Checks every value against limits.hpp; throws Error{bad_input} that names the key. Names of
 /// integrators, samplers and filters are checked where those are known: by the client before it

@@ -26,7 +26,9 @@ struct TextureSource {
 /// What reading a shape may need beside its own keys.
 class Reading {
  public:
-  Reading(const SceneFiles& files, bool meshes) : files_(files), meshes_(meshes) {}
+  /// `time`: the moment that is read, in seconds.
+  Reading(const SceneFiles& files, bool meshes, double time)
+      : files_(files), meshes_(meshes), time_(time) {}
 
   /// Where the file that `value` names is; notes that the scene uses it. Throws at `value` if there
   /// is none.
@@ -55,10 +57,13 @@ class Reading {
   std::vector<std::string> warnings, variants, animations;
   std::vector<Image> images;
   std::vector<Texture> textures;
+  double duration = 0;  ///< this and the next as in LoadedScene
+  bool camera_made_up = false;
 
  private:
   const SceneFiles& files_;
   bool meshes_;
+  double time_;
   std::vector<UsedFile> used_;
   std::vector<std::pair<std::string, TextureSource>> named_textures_;
 };

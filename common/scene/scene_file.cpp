@@ -36,7 +36,9 @@ Scene Reading::load_part(const Value& file, gltf::Options options) {
   (void)use_file(file);
   options.meshes = meshes_;
   options.whole = false;
+  options.time = time_;
   LoadedScene part = gltf::load(files_, checked_path(file.text()), options);
+  duration = std::max(duration, part.duration);
   for (UsedFile& used : part.files)
     if (std::none_of(used_.begin(), used_.end(),
                      [&](const UsedFile& other) { return other.path == used.path; }))
@@ -172,6 +174,7 @@ void fill_in(Reading& reading, Scene& out) {
     out.cameras.push_back(view_of(
         out, static_cast<double>(out.render.width) / static_cast<double>(out.render.height)));
     out.cameras.back().name = "camera";
+    reading.camera_made_up = true;
     reading.warnings.emplace_back("the scene has no camera: this one shows all of it");
   }
   if (!has_light(out)) {
@@ -224,17 +227,19 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
   return read_scene(root, reading);
 }
 
-LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) {
+LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes, double time) {
   const std::string checked = checked_path(path);
-  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.meshes = meshes});
+  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.meshes = meshes, .time = time});
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
-  Reading reading(files, meshes);
+  Reading reading(files, meshes, time);
   LoadedScene out;
   out.scene = parse(read_file(file, name, limits::scene_json_bytes), name, reading);
   out.files.push_back({checked, file});
   for (const UsedFile& used : reading.used())
     if (used.path != checked) out.files.push_back(used);
+  out.duration = reading.duration;
+  out.camera_made_up = reading.camera_made_up;
   out.warnings = std::move(reading.warnings);
   out.variants = std::move(reading.variants);
   out.animations = std::move(reading.animations);
@@ -243,8 +248,12 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes) 
 
 }  // namespace
 
-LoadedScene load_scene(const SceneFiles& files, const std::string& path) {
-  return load(files, path, true);
+LoadedScene load_scene(const SceneFiles& files, const std::string& path, double time) {
+  LoadedScene out = load(files, path, true, time);
+  // What moves would drag a camera along that follows its bounds: it stays where it begins.
+  if (out.camera_made_up && time != 0 && out.duration > 0)
+    out.scene.cameras = load(files, path, true, 0).scene.cameras;
+  return out;
 }
 
 LoadedScene load_scene(const fs::path& file) {
@@ -252,11 +261,11 @@ LoadedScene load_scene(const fs::path& file) {
 }
 
 std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path) {
-  return load(files, path, false).files;
+  return load(files, path, false, 0).files;
 }
 
 Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files) {
-  Reading reading(files, true);
+  Reading reading(files, true, 0);
   return parse(std::string(text), name, reading);
 }
 

@@ -61,6 +61,9 @@ struct LoadedScene {
   Scene scene;
   std::vector<UsedFile>
       files;  ///< the scene file first, then what it names, each once, in the order of first use
+  /// When what moves comes to rest, in seconds; 0: nothing moves.
+  double duration = 0;
+  bool camera_made_up = false;  ///< the scene has none; this one shows all of it
   /// What the scene asks for and is not supported, and what was made up for it; whole sentences.
   std::vector<std::string> warnings;
   /// What glTF files offer: variants of their materials, animations.
@@ -68,8 +71,9 @@ struct LoadedScene {
 };
 
 /// Reads the scene file `path` and all that it uses: glTF where its name ends in .gltf or .glb,
-/// else our JSON. Throws Error with file, line, column and key.
-LoadedScene load_scene(const SceneFiles& files, const std::string& path);
+/// else our JSON. What moves stands where it is at `time`, in seconds. Throws Error with file,
+/// line, column and key.
+LoadedScene load_scene(const SceneFiles& files, const std::string& path, double time = 0);
 
 /// The scene file at `file`, in a plain folder: its folder is the scene's.
 LoadedScene load_scene(const std::filesystem::path& file);

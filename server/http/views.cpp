@@ -55,6 +55,7 @@ Json job_object(const JobStatus& status) {
               {"focus", spec.focus ? to_json(*spec.focus) : Json()},
               {"time_limit_seconds", spec.time_limit_seconds},
               {"frames", frames_object(spec.frames)},
+              {"fps", spec.fps},
               {"frames_done", status.frames_done},
               {"width", spec.render.width},
               {"height", spec.render.height},

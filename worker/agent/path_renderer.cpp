@@ -10,20 +10,32 @@
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
 #include "common/scene/scene_file.hpp"
+#include "worker/agent/moments.hpp"
 #include "worker/render/render_task.hpp"
 #include "worker/scene/build.hpp"
 
 namespace tessera::agent {
 
 namespace {
-class PathScene : public PreparedScene {
- public:
-  explicit PathScene(render::Scene built) : scene(std::move(built)) {}
-  render::Scene scene;
+using Built = std::shared_ptr<const render::Scene>;
+
+/// What a moving scene's other moments are built from.
+struct Moving {
+  Moving(const assets::Bundle& bundle, const SceneFiles& where)
+      : path(bundle.scene), files(where) {}
+  std::string path;
+  scene::BundleFiles files;
+  Moments<render::Scene> moments{2};
 };
 
-const render::Scene& scene_of(const PreparedScene& prepared) {
-  return dynamic_cast<const PathScene&>(prepared).scene;
+class PathScene : public PreparedScene {
+ public:
+  Built first;                     ///< as it is at the time 0
+  std::unique_ptr<Moving> moving;  ///< none: it is so at all times
+};
+
+const PathScene& path_scene(const PreparedScene& prepared) {
+  return dynamic_cast<const PathScene&>(prepared);
 }
 
 class PathRenderer : public TaskRenderer {
@@ -43,32 +55,31 @@ class PathRenderer : public TaskRenderer {
                                                const SceneFiles& files, const Fraction& progress,
                                                std::stop_token stop) override {
     scene::LoadedScene loaded = scene::load_scene(scene::BundleFiles(files), bundle.scene);
-    if (stop.stop_requested()) return nullptr;
-    progress(0.5);
-    const accel::Progress building = [&](double fraction) {
-      progress(0.5 + 0.5 * fraction);
-      return !stop.stop_requested();
-    };
-    try {
-      return arena_.execute([&] {
-        return std::make_shared<const PathScene>(
-            worker::build_scene(std::move(loaded.scene), device_, building));
-      });
-    } catch (const Error&) {
-      if (stop.stop_requested()) return nullptr;  // the build says that it was given up
-      throw;
-    }
+    auto out = std::make_shared<PathScene>();
+    if (loaded.duration > 0) out->moving = std::make_unique<Moving>(bundle, files);
+    out->first = build(std::move(loaded), progress, stop);
+    return out->first ? out : nullptr;
   }
 
   void check(const PreparedScene& scene, const JobSpec& spec) const override {
-    render::check_request(scene_of(scene), request_of(spec, {}));
+    render::check_request(*path_scene(scene).first, request_of(spec, {}));
   }
 
   std::optional<RenderedTile> render(const PreparedScene& scene, const JobSpec& spec,
                                      const RenderRequest& request, const Fraction& progress,
                                      std::stop_token stop) override {
-    std::optional<render::RenderedTask> done =
-        render::render_task(scene_of(scene), request_of(spec, request), arena_, progress, stop);
+    double before = 0;  // the part of the task that it took to build the scene
+    const Built built = moment(
+        path_scene(scene), time_of(spec, request.frame),
+        [&](double fraction) {
+          before = 0.5;
+          progress(before * fraction);
+        },
+        stop);
+    if (!built) return std::nullopt;
+    std::optional<render::RenderedTask> done = render::render_task(
+        *built, request_of(spec, request), arena_,
+        [&](double fraction) { progress(before + (1 - before) * fraction); }, stop);
     if (!done) return std::nullopt;
     return RenderedTile{.image = std::move(done->image),
                         .samples = done->stats.samples,
@@ -79,6 +90,34 @@ class PathRenderer : public TaskRenderer {
   }
 
  private:
+  /// Empty if `stop` was asked for.
+  Built build(scene::LoadedScene loaded, const Fraction& progress, const std::stop_token& stop) {
+    if (stop.stop_requested()) return nullptr;
+    progress(0.5);
+    const accel::Progress building = [&](double fraction) {
+      progress(0.5 + 0.5 * fraction);
+      return !stop.stop_requested();
+    };
+    try {
+      return arena_.execute([&] {
+        return std::make_shared<const render::Scene>(
+            worker::build_scene(std::move(loaded.scene), device_, building));
+      });
+    } catch (const Error&) {
+      if (stop.stop_requested()) return nullptr;  // the build says that it was given up
+      throw;
+    }
+  }
+
+  Built moment(const PathScene& scene, double time, const Fraction& progress,
+               const std::stop_token& stop) {
+    if (!scene.moving || time <= 0) return scene.first;
+    return scene.moving->moments.at(time, [&] {
+      return build(scene::load_scene(scene.moving->files, scene.moving->path, time), progress,
+                   stop);
+    });
+  }
+
   static render::TaskRequest request_of(const JobSpec& spec, const RenderRequest& request) {
     return {.settings = spec.render,
             .camera = spec.camera,

@@ -51,9 +51,10 @@ class Assembler {
   Assembler(Asset& asset, const Options& options)
       : asset_(asset), options_(options), accessors_(asset), materials_(asset) {}
 
-  Scene assemble() {
+  LoadedScene assemble() {
     find_variant();
-    animate(asset_, accessors_, 0);
+    out_.duration = last_key(asset_, accessors_);
+    animate(asset_, accessors_, options_.time);
     const std::vector<PlacedNode> nodes = placed_nodes(asset_);
     scene_.cameras = read_cameras(asset_, nodes);
     scene_.lights = read_lights(asset_, nodes, options_.units);
@@ -69,7 +70,8 @@ class Assembler {
     materials_.move_into(scene_);
     warn_of_the_rest();
     if (options_.whole) fill_in(aspect);
-    return std::move(scene_);
+    out_.scene = std::move(scene_);
+    return std::move(out_);
   }
 
  private:
@@ -187,7 +189,6 @@ class Assembler {
 
   void warn_of_the_rest() {
     const tinygltf::Model& model = asset_.model;
-    if (!model.animations.empty()) asset_.warn("its animations stand still at their first moment");
     if (const auto names = variants_of(asset_); !names.empty() && variant_ < 0)
       asset_.warn(fmt::format("the file has variants of its materials ({}); the default is shown",
                               fmt::join(names, ", ")));
@@ -198,6 +199,7 @@ class Assembler {
     if (scene_.cameras.empty()) {
       scene_.cameras.push_back(view_of(scene_, aspect));
       scene_.cameras.back().name = "camera";
+      out_.camera_made_up = true;
       if (options_.meshes) asset_.warn("the file has no camera: this one shows all of it");
     }
     if (!has_light(scene_)) {
@@ -214,6 +216,7 @@ class Assembler {
   std::size_t count_ = 0;                       ///< of places
   int variant_ = -1;                            ///< that is shown; −1: the default
   Scene scene_;
+  LoadedScene out_;
 };
 
 }  // namespace
@@ -227,11 +230,10 @@ bool is_gltf(std::string_view path) {
 
 LoadedScene load(const SceneFiles& files, const std::string& path, const Options& options) {
   Asset asset = read_asset(files, path);
-  LoadedScene out;
+  LoadedScene out = Assembler(asset, options).assemble();
   out.files.push_back({path, files.locate(path)});
   for (const UsedFile& used : asset.files)
     if (used.path != path) out.files.push_back(used);
-  out.scene = Assembler(asset, options).assemble();
   out.variants = variants_of(asset);
   out.animations = animations_of(asset);
   out.warnings = std::move(asset.warnings);

@@ -71,6 +71,7 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
   spec.focus = Rect{.x = 0, .y = 65535, .width = 1, .height = 1};
   spec.frames = FrameRange{.first = -3, .last = -3, .step = 4};
   spec.time_limit_seconds = 90.5;
+  spec.fps = 29.97;
   EXPECT_EQ(job_spec_from_json(parse_json(to_json(spec).dump(), "job")), spec);
 }
 
@@ -93,6 +94,28 @@ TEST(JobSpec, refuses_an_order_a_focus_or_a_time_limit_that_cannot_be) {
   json = to_json(some_spec());
   json["focus"] = {{"x", 0}, {"y", 0}, {"width", 0}, {"height", 4}};
   EXPECT_THAT(refusal(json), HasSubstr("focus.width"));
+}
+
+TEST(JobSpec, shows_time_0_at_frame_1_and_as_many_frames_a_second_as_it_says) {
+  JobSpec spec = some_spec();
+  EXPECT_EQ(time_of(spec, 1), 0);
+  EXPECT_EQ(time_of(spec, 25), 1);
+  EXPECT_LT(time_of(spec, 0), 0);
+  spec.fps = 12;
+  EXPECT_EQ(time_of(spec, 25), 2);
+  EXPECT_THAT(refusal([](JobSpec& bad) { bad.fps = 0; }), HasSubstr("fps"));
+  EXPECT_THAT(refusal([](JobSpec& bad) { bad.fps = std::nan(""); }), HasSubstr("fps"));
+}
+
+TEST(JobSpec, frames_a_second_are_part_of_its_plan_where_they_are_not_the_default) {
+  JobSpec spec = some_spec();
+  const Digest digest = JobPlan(spec).digest;
+  spec.fps = 25;
+  EXPECT_NE(JobPlan(spec).digest, digest);
+  // A job that was accepted before there was the key: the plan is the one that it had.
+  nlohmann::json old = to_json(some_spec());
+  old.erase("fps");
+  EXPECT_EQ(JobPlan(job_spec_from_json(old)).digest, digest);
 }
 
 TEST(JobSpec, when_and_by_whom_it_is_rendered_is_no_part_of_its_plan) {
@@ -119,6 +142,7 @@ TEST(JobSpec, takes_the_documented_defaults) {
   EXPECT_EQ(spec.time_limit_seconds, 0);
   EXPECT_EQ(spec.aov_samples, 16);
   EXPECT_EQ(spec.frames.count(), 1U);
+  EXPECT_EQ(spec.fps, 24);
   EXPECT_FALSE(spec.mixed);
 }
 

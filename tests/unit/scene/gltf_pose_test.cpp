@@ -76,6 +76,24 @@ TEST(GltfAnimation, cubic_splines_pass_their_keys_with_their_tangents) {
   EXPECT_THAT(one.at(1e-4).translation[0], DoubleNear(2e-4, 1e-7));
 }
 
+TEST(GltfAnimation, a_scene_is_read_as_it_is_at_a_moment_and_knows_how_long_it_moves) {
+  const Animated one("translation", {0, 2}, {0, 0, 0, 8, 0, 0}, "VEC3");
+  const TemporaryFolder folder;
+  folder.write("model.glb", one.file.glb());
+  folder.write("s.json", R"({"tessera": 1, "include": ["model.glb"]})");
+  const FolderFiles files(folder.path());
+  const LoadedScene begin = load_scene(files, "model.glb");
+  EXPECT_EQ(begin.duration, 2);
+  for (const char* name : {"model.glb", "s.json"}) {
+    const LoadedScene later = load_scene(files, name, 1.5);
+    EXPECT_EQ(later.duration, 2) << name;
+    EXPECT_EQ(later.scene.shapes.at(0).to_world.m[3], 6) << name;
+    // The camera that shows all of it does not run after what moves.
+    EXPECT_EQ(later.scene.cameras.at(0).target, load_scene(files, name).scene.cameras.at(0).target);
+  }
+  EXPECT_EQ(GltfFile().with_triangle().load().duration, 0);
+}
+
 TEST(GltfAnimation, what_does_not_fit_together_is_refused) {
   const auto error_of_one = [](const Animated& one) { return error_of_bytes(one.file.glb()); };
   const Error back = error_of_one(Animated("scale", {1, 1}, {1, 1, 1, 1, 1, 1}, "VEC3"));
