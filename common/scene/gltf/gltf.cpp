@@ -188,7 +188,6 @@ class Assembler {
   }
 
   void warn_of_the_rest() {
-    const tinygltf::Model& model = asset_.model;
     if (const auto names = variants_of(asset_); !names.empty() && variant_ < 0)
       asset_.warn(fmt::format("the file has variants of its materials ({}); the default is shown",
                               fmt::join(names, ", ")));
