@@ -10,13 +10,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "common/base/error.hpp"
 #include "common/base/files.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/image/exr_core.hpp"
+#include "common/image/exr_header_check.hpp"
 #include "common/image/exr_layout.hpp"
 #include "common/image/exr_stream.hpp"
 #include "common/image/picture.hpp"
@@ -31,58 +31,10 @@ constexpr int channels_max = 1024;
 /// file that says it is large is refused before memory is taken for it.
 constexpr std::int64_t densest_compression = 2048;
 
-/// Goes over the headers as they stand in the file: one ends with an empty name, the last of
-/// several with another. The library allocates what an attribute says that it has, before it looks
-/// whether that is there.
-class HeaderWalk {
- public:
-  HeaderWalk(std::span<const std::byte> exr, const std::string& name) : rest_(exr), name_(name) {}
-
-  void run() {
-    constexpr std::size_t flags_at = 5;
-    constexpr std::byte many_parts{0x10};
-    const bool many = (take(8)[flags_at] & many_parts) != std::byte{0};
-    do {
-      for (std::string_view attribute = text(); !attribute.empty(); attribute = text()) {
-        (void)text();  // its type
-        std::int32_t size = 0;
-        std::memcpy(&size, take(sizeof size).data(), sizeof size);
-        if (size < 0 || static_cast<std::size_t>(size) > rest_.size())
-          fail(fmt::format("attribute {} says {} bytes, and {} are left", printable(attribute),
-                           size, rest_.size()));
-        (void)take(static_cast<std::size_t>(size));
-      }
-    } while (many && !rest_.empty() && rest_[0] != std::byte{0});
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(ErrorKind::bad_input, "not a valid EXR file: " + what, {.file = name_});
-  }
-  std::span<const std::byte> take(std::size_t count) {
-    if (count > rest_.size()) fail("its header is cut off");
-    const std::span<const std::byte> out = rest_.first(count);
-    rest_ = rest_.subspan(count);
-    return out;
-  }
-  std::string_view text() {
-    constexpr std::size_t longest = 255;
-    const std::size_t most = std::min(longest + 1, rest_.size());
-    const std::string_view ahead(reinterpret_cast<const char*>(rest_.data()), most);
-    const std::size_t end = ahead.find('\0');
-    if (end == std::string_view::npos) fail("its header has a name without an end");
-    (void)take(end + 1);
-    return ahead.substr(0, end);
-  }
-
-  std::span<const std::byte> rest_;
-  const std::string& name_;
-};
-
 }  // namespace
 
 void check_exr_bounds(std::span<const std::byte> exr, const std::string& name) {
-  HeaderWalk(exr, name).run();
+  check_exr_header(exr, name);
   const ExrCore file(exr, name);
   const auto refuse = [&](const std::string& message) {
     throw Error(ErrorKind::bad_input, message, {.file = name});

@@ -73,7 +73,20 @@ std::size_t Accessors::components(int accessor) const {
       tinygltf::GetNumComponentsInType(static_cast<uint32_t>(of(accessor).type)));
 }
 
-void Accessors::check(int accessor, std::size_t wanted, const std::string& place) const {
+Accessors::Accessors(const Asset& asset) : asset_(asset), budget_(limits::gltf_made) {
+  for (const std::uint64_t bytes : asset.buffer_bytes) budget_ += bytes * limits::gltf_made_ratio;
+}
+
+void Accessors::spend(std::uint64_t bytes, const std::string& place) {
+  if (bytes > budget_)
+    throw Error(ErrorKind::too_large,
+                fmt::format("the file unpacks to more than {} MiB and {} times its buffers",
+                            limits::gltf_made / limits::MiB, limits::gltf_made_ratio),
+                {.file = asset_.name, .key = place});
+  budget_ -= bytes;
+}
+
+void Accessors::check(int accessor, std::size_t wanted, const std::string& place) {
   const tinygltf::Accessor& from = of(accessor);
   if (components(accessor) != wanted)
     asset_.fail(place, fmt::format("expected an accessor of {} numbers an element; {} has {}",
@@ -87,6 +100,7 @@ void Accessors::check(int accessor, std::size_t wanted, const std::string& place
   if (from.count > most)
     throw Error(ErrorKind::too_large, fmt::format("{} elements; {} is the most", from.count, most),
                 {.file = asset_.name, .key = accessor_place(accessor) + "/count"});
+  spend(std::uint64_t{from.count} * wanted * sizeof(float), accessor_place(accessor));
 }
 
 void Accessors::check_integers(int accessor, const std::string& place) const {

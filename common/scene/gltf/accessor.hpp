@@ -19,7 +19,12 @@ namespace tessera::scene::gltf {
 /// that are not finite; checked before anything is allocated.
 class Accessors {
  public:
-  explicit Accessors(const Asset& asset) : asset_(asset) {}
+  explicit Accessors(const Asset& asset);
+
+  /// Counts bytes that the file makes in memory. Throws Error{too_large} at `place` when a small
+  /// file has made too many, before they are: the same few bytes, or none, may be named any number
+  /// of times.
+  void spend(std::uint64_t bytes, const std::string& place);
 
   /// From here on the accessors of `primitive` have what KHR_draco_mesh_compression says, if it
   /// does; those of the primitive before it no longer do. True if so: then indices are of a list of
@@ -65,7 +70,7 @@ class Accessors {
   [[nodiscard]] const tinygltf::Accessor& of(int accessor) const {
     return asset_.model.accessors[static_cast<std::size_t>(accessor)];
   }
-  void check(int accessor, std::size_t components, const std::string& place) const;
+  void check(int accessor, std::size_t components, const std::string& place);
   void check_integers(int accessor, const std::string& place) const;
   void read(int accessor, float* out);
   void read(int accessor, std::uint32_t* out);
@@ -99,6 +104,7 @@ class Accessors {
   };
 
   const Asset& asset_;
+  std::uint64_t budget_;              ///< bytes that may still be made
   std::map<int, Unpacked> unpacked_;  ///< by accessor
   std::map<int, File> open_;
   std::map<int, std::vector<std::byte>> decompressed_;

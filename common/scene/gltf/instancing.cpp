@@ -32,6 +32,7 @@ std::vector<Transform> copies_of(const Asset& asset, Accessors& accessors, int n
   if (count > limits::gltf_instances)
     asset.fail(place, fmt::format("{} copies; {} is the most", count, limits::gltf_instances));
 
+  accessors.spend(count * (sizeof(Transform) + sizeof(Instance)), place);
   std::vector<std::array<float, 3>> translations, scales;
   std::vector<std::array<float, 4>> rotations;
   if (translation >= 0) translations = accessors.vectors<3>(translation, place + "/TRANSLATION");
