@@ -13,6 +13,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/log.hpp"
+#include "server/store/damaged.hpp"
 
 namespace tessera::server {
 
@@ -115,7 +116,13 @@ CheckpointFiles::CheckpointFiles(Disk& disk, std::filesystem::path folder, bool 
     : disk_(disk), folder_(std::move(folder)), durable_(durable) {
   for (const std::uint64_t number : numbers()) {
     last_ = std::max(last_.load(), number);
-    bytes_ += size_of(number);
+    Found& found = found_[number];
+    try {
+      found.bytes = size_of(number);
+      bytes_ += found.bytes;
+    } catch (const Error& error) {
+      found.unseen = error.what();
+    }
   }
 }
 
@@ -131,8 +138,7 @@ std::unique_ptr<CheckpointWriter> CheckpointFiles::begin(JobId job, std::int32_t
 std::vector<std::byte> CheckpointFiles::read(const CheckpointPlace& place) const {
   const auto file = open_named(disk_, path_of(place.number));
   const auto fail = [&](const char* what) {
-    throw Error(ErrorKind::failed,
-                fmt::format("{} at {}: {}", file->path().string(), place.offset, what));
+    throw DamagedError(fmt::format("{} at {}: {}", file->path().string(), place.offset, what));
   };
   if (place.length < record_head || place.length > record_most ||
       place.offset + place.length > file->size())
@@ -157,7 +163,7 @@ std::set<std::uint64_t> CheckpointFiles::numbers() const {
 
 std::uint64_t CheckpointFiles::size_of(std::uint64_t number) const {
   try {
-    return disk_.open(path_of(number))->size();
+    return disk_.size_of(path_of(number));
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::not_found) throw;
     return 0;

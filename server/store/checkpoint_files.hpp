@@ -4,9 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "server/store/disk.hpp"
@@ -52,12 +55,18 @@ class CheckpointFiles {
 
   /// Must outlive the writer.
   [[nodiscard]] std::unique_ptr<CheckpointWriter> begin(JobId job, std::int32_t frame);
-  /// A tile's content. Throws Error{failed} if it is damaged or gone.
+  /// A tile's content. Throws DamagedError if it is damaged, Error{failed} if it cannot be read.
   [[nodiscard]] std::vector<std::byte> read(const CheckpointPlace& place) const;
 
   /// None that is begun from here on has this number, or one below it.
   void skip(std::uint64_t number) { last_ = std::max(last_.load(), number); }
   [[nodiscard]] std::set<std::uint64_t> numbers() const;
+  struct Found {
+    std::uint64_t bytes = 0;
+    std::string unseen;  ///< why it could not be looked at
+  };
+  /// What there was at the start, by number; given once.
+  [[nodiscard]] std::map<std::uint64_t, Found> take_found() { return std::move(found_); }
   /// 0 if it is not there.
   [[nodiscard]] std::uint64_t size_of(std::uint64_t number) const;
   [[nodiscard]] std::filesystem::path path_of(std::uint64_t number) const;
@@ -70,6 +79,7 @@ class CheckpointFiles {
   Disk& disk_;
   std::filesystem::path folder_;
   bool durable_;
+  std::map<std::uint64_t, Found> found_;
   std::atomic<std::uint64_t> last_{0};
   std::atomic<std::uint64_t> bytes_{0};
 };

@@ -59,6 +59,12 @@ class SystemDisk : public Disk {
   [[nodiscard]] std::unique_ptr<DiskFile> open(const fs::path& file) const override {
     return std::make_unique<SystemFile>(File(file, O_RDONLY));
   }
+  [[nodiscard]] std::uint64_t size_of(const fs::path& file) const override {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(file, error);
+    if (error) fail(file, "looked at", error);
+    return bytes;
+  }
   std::unique_ptr<DiskFile> hold(const fs::path& file) override {
     File lock(file, O_RDWR | O_CREAT, owner_only);
     if (!lock.try_lock()) return nullptr;

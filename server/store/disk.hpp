@@ -48,6 +48,10 @@ class Disk {
   virtual std::unique_ptr<DiskFile> edit(const std::filesystem::path& file) = 0;
   /// To read alone.
   [[nodiscard]] virtual std::unique_ptr<DiskFile> open(const std::filesystem::path& file) const = 0;
+  /// Its bytes, without opening it if that can be.
+  [[nodiscard]] virtual std::uint64_t size_of(const std::filesystem::path& file) const {
+    return open(file)->size();
+  }
   /// The file, made if it is not there, held until it is closed or the process dies; nullptr if
   /// somebody else holds it.
   virtual std::unique_ptr<DiskFile> hold(const std::filesystem::path& file) = 0;

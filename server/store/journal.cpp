@@ -9,6 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/log.hpp"
+#include "server/store/damaged.hpp"
 #include "server/store/journal_record.hpp"
 
 namespace tessera::server {
@@ -149,21 +150,20 @@ StoredResult Journal::read(const ResultPlace& place) const {
   const auto file = open_named(disk_, path_of(place.segment));
   if (place.length < record_prefix || place.length > record_most ||
       place.offset + place.length > file->size()) {
-    throw Error(ErrorKind::failed, fmt::format("{} has no record of {} bytes at {}",
-                                               file->path().string(), place.length, place.offset));
+    throw DamagedError(fmt::format("{} has no record of {} bytes at {}", file->path().string(),
+                                   place.length, place.offset));
   }
   std::array<std::byte, header_size> header{};
   file->read_at(header, 0);
   if (header != segment_header())
-    throw Error(ErrorKind::failed,
-                file->path().string() + " is no journal segment of this version");
+    throw DamagedError(file->path().string() + " is no journal segment of this version");
   std::vector<std::byte> bytes(place.length);
   file->read_at(bytes, place.offset);
   try {
     return parse_record(bytes);
   } catch (const Error& error) {
-    throw Error(ErrorKind::failed,
-                fmt::format("{} at {}: {}", file->path().string(), place.offset, error.message()));
+    throw DamagedError(
+        fmt::format("{} at {}: {}", file->path().string(), place.offset, error.message()));
   }
 }
 

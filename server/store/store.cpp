@@ -63,43 +63,44 @@ struct Store::State {
         journal(*disk, where / "journal", settings.durable, settings.segment_bytes),
         checkpoints(*disk, where / "checkpoints", settings.durable) {}
 
-  /// Also keeps new files from taking the numbers of those that are lacking: rows name them.
-  void look_for_damage() {
+  /// Looks for what is lacking, and removes what nothing names. Also keeps new files from taking
+  /// the numbers of those that are lacking: rows name them.
+  void settle_files() {
     for (const IndexedFile& file : index.indexed_segments()) {
       journal.skip(file.number);
-      look_at(file, "results", journal.path_of(file.number),
-              [&] { return journal.size_of(file.number); });
+      look_at(file, "results", journal.path_of(file.number), look_at_segment(file.number));
     }
+    auto found = checkpoints.take_found();
     for (const IndexedFile& file : index.indexed_checkpoints()) {
       checkpoints.skip(file.number);
-      look_at(file, "its film", checkpoints.path_of(file.number),
-              [&] { return checkpoints.size_of(file.number); });
+      look_at(file, "the film", checkpoints.path_of(file.number), found[file.number]);
+      found.erase(file.number);
     }
     for (const auto& [job, what] : damage)
       log::error("job {} is damaged, all others are not: {}", job, what);
+    remove_dead_segments();
+    for (const auto& [number, unnamed] : found) checkpoints.remove(number);
+  }
+  [[nodiscard]] CheckpointFiles::Found look_at_segment(std::uint64_t number) const {
+    CheckpointFiles::Found found;
+    try {
+      found.bytes = journal.size_of(number);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::not_found) found.unseen = error.what();
+    }
+    return found;
   }
   void look_at(const IndexedFile& file, const char* what, const std::filesystem::path& path,
-               const std::function<std::uint64_t()>& size_of) {
-    std::uint64_t size = 0;
-    try {
-      size = size_of();
-    } catch (const Error& error) {
-      // It may be read all the same when it is needed, and says then if it cannot.
-      if (error.kind() != ErrorKind::not_found) return log::warn("{}", error.what());
-    }
-    if (size >= file.bytes) return;
+               const CheckpointFiles::Found& found) {
+    if (found.unseen.empty() && found.bytes >= file.bytes) return;
     std::string& said = damage[file.job];
-    if (said.empty())  // the first tells what to look for
-      said =
-          fmt::format("{} is lacking or too short: it has {} bytes, and {} of job {} reach to {}",
-                      path.string(), size, what, file.job, file.bytes);
-  }
-  /// Not of one that is being written: at a start, or by number.
-  void remove_dead_checkpoints() {
-    const auto needed = index.checkpoint_numbers();
-    for (const std::uint64_t number : checkpoints.numbers()) {
-      if (!needed.contains(number)) checkpoints.remove(number);
-    }
+    if (!said.empty()) return;  // the first tells what to look for
+    said = found.unseen.empty()
+               ? fmt::format(
+                     "{} is lacking or too short: it has {} bytes, and {} of job {} "
+                     "should reach to {}",
+                     path.string(), found.bytes, what, file.job, file.bytes)
+               : fmt::format("{}; it should have {} of job {}", found.unseen, what, file.job);
   }
   [[nodiscard]] std::vector<std::uint64_t> checkpoints_of(JobId job) const {
     std::vector<std::uint64_t> numbers;
@@ -150,9 +151,7 @@ Store::~Store() = default;
 std::unique_ptr<Store> Store::open(const std::filesystem::path& folder,
                                    const StoreSettings& settings) {
   auto state = std::make_unique<State>(folder, settings);
-  state->look_for_damage();
-  state->remove_dead_segments();
-  state->remove_dead_checkpoints();
+  state->settle_files();
   state->key = key_from(state->index.grant_key());
   state->epoch = state->index.next_epoch();
   if (settings.durable) state->disk->sync_folder(folder);  // the database's name in it

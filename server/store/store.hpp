@@ -37,8 +37,8 @@ class Store {
   /// Locks the folder (made if it is not there), brings the database to this schema, deletes what
   /// no job needs, and counts a new epoch, durably. Throws Error{conflict} if another coordinator
   /// holds the folder or it was written by a newer schema, Error{failed} if it cannot be written or
-  /// the database is damaged. A segment or checkpoint that is lacking costs the jobs that need it
-  /// alone: damage().
+  /// the database is damaged. A segment or checkpoint that is lacking, or cannot be looked at,
+  /// costs the jobs that need it alone: damage().
   static std::unique_ptr<Store> open(const std::filesystem::path& folder,
                                      const StoreSettings& settings = {});
   ~Store();
@@ -48,8 +48,8 @@ class Store {
   [[nodiscard]] const std::filesystem::path& folder() const;
   /// Counts the opens of this folder, from 1.
   [[nodiscard]] std::uint64_t epoch() const;
-  /// Jobs of which something that is indexed was not there at the open: which file, and what of the
-  /// job is in it. All else of them, and all other jobs, can be read.
+  /// Jobs of which something that is indexed was not there at the open, or could not be looked at:
+  /// which file, and what of the job is in it. All else of them, and all other jobs, can be read.
   [[nodiscard]] const std::map<JobId, std::string>& damage() const;
   /// The secret of this folder, made once: SchedulerSettings::grant_key.
   [[nodiscard]] const std::array<std::uint8_t, 16>& grant_key() const;
@@ -97,8 +97,8 @@ class Store {
   void results_of(JobId job, const std::function<void(const IndexedResult&)>& visit) const;
   void results_of(JobId job, std::int32_t frame,
                   const std::function<void(const IndexedResult&)>& visit) const;
-  /// Reads one record and checks it against its CRC. Throws Error{failed} if the record is damaged
-  /// or gone.
+  /// Reads one record and checks it against its CRC. Throws DamagedError if the record is damaged,
+  /// Error{failed} if it cannot be read.
   [[nodiscard]] StoredResult read_result(const ResultPlace& place) const;
   /// Jobs that have results, or had some since their last end_job.
   [[nodiscard]] std::vector<JobId> jobs_with_results() const;
@@ -124,7 +124,7 @@ class Store {
   [[nodiscard]] std::vector<JobId> jobs_with_checkpoints() const;
   /// By frame.
   [[nodiscard]] std::vector<Checkpoint> checkpoints_of(JobId job) const;
-  /// One tile's content, checked against its CRC. Throws Error{failed} if it is damaged or gone.
+  /// One tile's content, checked against its CRC. Throws as read_result does.
   [[nodiscard]] std::vector<std::byte> read_checkpoint(const CheckpointPlace& place) const;
   [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
 

@@ -11,13 +11,19 @@ class FailingDisk : public Disk {
  public:
   bool names_fail = false;
   bool writes_fail = false;
+  mutable std::size_t opened = 0, looked_at = 0;
 
   std::unique_ptr<DiskFile> create(const fs::path& file) override {
     return std::make_unique<FailingFile>(*this, under_->create(file));
   }
   std::unique_ptr<DiskFile> edit(const fs::path& file) override { return under_->edit(file); }
   [[nodiscard]] std::unique_ptr<DiskFile> open(const fs::path& file) const override {
+    ++opened;
     return under_->open(file);
+  }
+  [[nodiscard]] std::uint64_t size_of(const fs::path& file) const override {
+    ++looked_at;
+    return under_->size_of(file);
   }
   std::unique_ptr<DiskFile> hold(const fs::path& file) override { return under_->hold(file); }
   bool make_folder(const fs::path& folder) override { return under_->make_folder(folder); }
@@ -120,6 +126,21 @@ TEST_F(FailingDiskTest, EndThatIsCommittedCountsThoughNoSegmentCanBeRemoved) {
   EXPECT_TRUE(store->jobs_with_checkpoints().empty());
   reopen();
   EXPECT_TRUE(segments().empty());
+}
+
+TEST_F(FailingDiskTest, StartLooksAtEachCheckpointOnceAndOpensNone) {
+  constexpr std::size_t count = 50;
+  for (std::int32_t frame = 1; frame <= static_cast<std::int32_t>(count); ++frame) {
+    const auto writer = store->begin_checkpoint(job, frame);
+    writer->append(0, 1, bytes_of({frame, 0, 0}, 10));
+    store->put_checkpoint(writer->finish());
+  }
+  const std::uint64_t bytes = store->checkpoint_bytes();
+  disk->opened = disk->looked_at = 0;
+  reopen();
+  EXPECT_EQ(disk->looked_at, count);
+  EXPECT_LT(disk->opened, count / 2);
+  EXPECT_EQ(store->checkpoint_bytes(), bytes);
 }
 
 TEST_F(FailingDiskTest, CheckpointWhoseFileCannotBeBegunLeavesNone) {
