@@ -42,7 +42,16 @@ std::uint64_t find_worker(const Json& answer, const std::string& text) {
   throw Error(ErrorKind::not_found, unknown_name("worker", text, known));
 }
 
-std::string name_of_worker(const Json& answer, const std::string& text, bool absent_too) {
+namespace {
+
+bool is_number(const std::string& text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
+
+NamedWorker name_of_worker(const Json& answer, const std::string& text, Absent absent) {
   std::vector<std::string> names;
   std::string numbered;
   ObjectReader in(answer, "");
@@ -51,21 +60,22 @@ std::string name_of_worker(const Json& answer, const std::string& text, bool abs
       names.push_back(worker.at("name").get<std::string>());
       if (std::to_string(worker.at("id").get<std::uint64_t>()) == text) numbered = names.back();
     }
-    if (absent_too)
-      for (const Json& one : in.required("quarantines"))
-        names.push_back(one.at("name").get<std::string>());
+    for (const Json& one : in.required("quarantines"))
+      names.push_back(one.at("name").get<std::string>());
   } catch (const Json::exception& odd) {
     throw Error(ErrorKind::failed,
                 fmt::format("the server's list of workers cannot be read: {}", odd.what()));
   }
-  if (!numbered.empty()) return numbered;
-  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
-  if (names.empty())
-    throw Error(ErrorKind::not_found,
-                fmt::format("there is no worker \"{}\": none is connected{}", excerpt(text),
-                            absent_too ? " or quarantined" : ""));
+  if (!numbered.empty()) return {numbered, ""};
+  if (std::find(names.begin(), names.end(), text) != names.end()) return {text, ""};
   const std::vector<std::string_view> known(names.begin(), names.end());
-  throw Error(ErrorKind::not_found, unknown_name("worker", text, known));
+  const std::string unknown =
+      names.empty() ? fmt::format("there is no worker \"{}\": none is connected or quarantined",
+                                  excerpt(text))
+                    : unknown_name("worker", text, known);
+  if (absent == Absent::any && !is_number(text))
+    return {text, unknown + "; whoever comes under this name is meant"};
+  throw Error(ErrorKind::not_found, unknown);
 }
 
 namespace {
@@ -92,11 +102,15 @@ int change_each_worker(
 
 }  // namespace
 
-int change_names(const Settings& settings, const std::vector<std::string>& workers, bool absent_too,
+int change_names(const Settings& settings, const std::vector<std::string>& workers, Absent absent,
                  const std::function<Json(Server&, const std::string& name)>& change) {
   return change_each_worker(settings, workers,
                             [&](Server& server, const Json& connected, const std::string& worker) {
-                              return change(server, name_of_worker(connected, worker, absent_too));
+                              const NamedWorker meant = name_of_worker(connected, worker, absent);
+                              Json changed = change(server, meant.name);
+                              if (!meant.note.empty())
+                                fmt::print(stderr, "tessera: {}\n", meant.note);
+                              return changed;
                             });
 }
 

@@ -16,12 +16,21 @@ namespace tessera::client {
 /// Error{conflict} with their numbers.
 std::uint64_t find_worker(const Json& answer, const std::string& text);
 
-/// The name of the worker that is meant so: of one that is connected or, if `absent_too`, of those
-/// that are quarantined. Throws Error{not_found} that names the nearest.
-std::string name_of_worker(const Json& answer, const std::string& text, bool absent_too);
+/// Which names of workers that are not connected may be meant.
+enum class Absent { quarantined, any };
+
+struct NamedWorker {
+  std::string name;
+  std::string note;  ///< for the person, if nobody of that name is here or known
+};
+
+/// The name of the worker that is meant so: of one that is connected, by its number or name, or of
+/// one of `absent`. Throws Error{not_found} that names the nearest; also for a number that no
+/// worker has, which is nobody's name.
+NamedWorker name_of_worker(const Json& answer, const std::string& text, Absent absent);
 
 /// Does `change` to each name, as change_workers does.
-int change_names(const Settings& settings, const std::vector<std::string>& workers, bool absent_too,
+int change_names(const Settings& settings, const std::vector<std::string>& workers, Absent absent,
                  const std::function<Json(Server&, const std::string& name)>& change);
 
 /// PATCHes each of them; what goes wrong with one is said, and the others are changed all the same.

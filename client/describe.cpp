@@ -141,10 +141,10 @@ void add_worker_control(CLI::App& app, Line& line) {
           return drain(settings, line.quarantine.workers);
         };
       });
-  CLI::App& command = add_each_worker(
-      app, line, "quarantine",
-      "Give workers no more tasks until they are released: all of their name, also those that come "
-      "later");
+  CLI::App& command = add_each_worker(app, line, "quarantine",
+                                      "Give workers no more tasks until they are released, by "
+                                      "number or name: all of the name, also "
+                                      "those that are not connected");
   command
       .add_option("--reason", line.quarantine.reason, "Why, for whoever asks and for their logs")
       ->type_name("TEXT");

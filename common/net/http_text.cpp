@@ -48,12 +48,15 @@ std::string problem_text(const HttpResponse& response) {
   return fmt::format("the server answered with status {}", response.status);
 }
 
+/// The place that a problem names, of which the server's own files are no concern of ours.
 Place problem_place(const HttpResponse& response) {
   try {
     const Json json = parse_json(response.body, "problem");
-    if (const auto found = json.find("key");
-        json.is_object() && found != json.end() && found->is_string())
-      return {.key = found->get<std::string>()};
+    if (!json.is_object()) return {};
+    const auto place = json.find("place");
+    if (place == json.end() || !place->is_object()) return {};
+    if (const auto key = place->find("key"); key != place->end() && key->is_string())
+      return {.key = key->get<std::string>()};
   } catch (const Error&) {  // as above
   }
   return {};

@@ -45,22 +45,34 @@ TEST(FindWorker, says_the_nearest_name_for_one_that_is_not_there) {
               HasSubstr("none is connected"));
 }
 
-TEST(NameOfWorker, is_a_connected_ones_by_number_or_name_and_quarantined_ones_where_these_count) {
+TEST(NameOfWorker, is_a_connected_ones_by_number_or_name_or_a_quarantined_ones) {
   Json all = answer();
   all["quarantines"] = Json::array({{{"name", "away-7"}}});
-  EXPECT_EQ(name_of_worker(all, "3", false), "desk");
-  EXPECT_EQ(name_of_worker(all, "desk", false), "desk") << "all of a name are meant";
-  EXPECT_EQ(name_of_worker(all, "away-7", true), "away-7");
-  const auto fault = [&](const char* text, bool absent_too) {
+  for (const Absent absent : {Absent::quarantined, Absent::any}) {
+    EXPECT_EQ(name_of_worker(all, "3", absent).name, "desk");
+    EXPECT_EQ(name_of_worker(all, "desk", absent).name, "desk") << "all of a name are meant";
+    EXPECT_EQ(name_of_worker(all, "away-7", absent).name, "away-7");
+    EXPECT_EQ(name_of_worker(all, "away-7", absent).note, "");
+  }
+  const auto fault = [&](const char* text, Absent absent) {
     try {
-      return name_of_worker(all, text, absent_too);
+      return name_of_worker(all, text, absent).name;
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::not_found);
       return std::string(error.what());
     }
   };
-  EXPECT_THAT(fault("away-7", false), HasSubstr("unknown worker"));
-  EXPECT_THAT(fault("away-8", true), HasSubstr("did you mean \"away-7\""));
+  EXPECT_THAT(fault("away-8", Absent::quarantined), HasSubstr("did you mean \"away-7\""));
+  EXPECT_THAT(fault("17", Absent::any), HasSubstr("unknown worker")) << "no name, but a number";
+}
+
+TEST(NameOfWorker, is_any_where_it_need_not_be_connected_and_a_note_says_that_it_is_not) {
+  Json all = answer();
+  all["quarantines"] = Json::array();
+  const NamedWorker meant = name_of_worker(all, "render-2", Absent::any);
+  EXPECT_EQ(meant.name, "render-2");
+  EXPECT_THAT(meant.note, HasSubstr("did you mean \"render-1\""));
+  EXPECT_THAT(meant.note, HasSubstr("whoever comes under this name"));
 }
 
 }  // namespace

@@ -193,6 +193,19 @@ TEST(HttpClient, statuses_become_errors_with_the_problems_detail) {
   }
 }
 
+TEST(HttpClient, a_problem_says_which_key_of_the_request_was_wrong) {
+  TestServer server([](const std::string&) {
+    const std::string body =
+        R"({"title":"no","detail":"expected more samples","place":{"key":"samples"}})";
+    return "HTTP/1.1 400 X\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+  });
+  asio::io_context io;
+  HttpClient client(io.get_executor(), server.url(), "");
+  const Error error = error_of([&] { run(io, client.send({})); });
+  EXPECT_EQ(error.place().key, "samples");
+  EXPECT_STREQ(error.what(), "samples: expected more samples");
+}
+
 TEST(HttpClient, head_has_no_body_though_a_length_is_said) {
   TestServer server(
       [](const std::string&) { return "HTTP/1.1 200 OK\r\nContent-Length: 500\r\n\r\n"; });
