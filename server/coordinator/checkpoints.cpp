@@ -7,6 +7,7 @@
 #include "server/coordinator/impl.hpp"
 #include "server/coordinator/job_content.hpp"
 #include "server/film/film_tile_bytes.hpp"
+#include "server/store/damaged.hpp"
 
 /// Checkpoints: what has been folded of a frame leaves the journal for a film that is kept whole.
 namespace tessera::server {
@@ -17,11 +18,6 @@ constexpr Duration retry_first = std::chrono::milliseconds(100);
 constexpr Duration retry_most = std::chrono::seconds(10);
 
 }  // namespace
-
-bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film) {
-  constexpr std::uint64_t films = 2;
-  return journal > films * film;
-}
 
 void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
   Job* job = find(id);
@@ -111,29 +107,34 @@ boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
   log::debug("job {} frame {}: a checkpoint of {} bytes", made.job, made.frame, made.bytes);
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::settle_frame(
-    JobId id, std::int32_t frame, std::shared_ptr<const FilmSnapshot> film) {
+boost::asio::awaitable<void> CoordinatorImpl::settle_frame(JobId id, std::int32_t frame,
+                                                           WholeFilm film) {
   const AtWork working = at_work(id);
+  // It would be held for long.
+  if (known(id).checkpointing.contains(frame)) film.let_go();
   while (known(id).checkpointing.contains(frame)) co_await files_changed_.wait();
   known(id).checkpointing.insert(frame);
   Duration wait = retry_first;
   const auto wanted = [&] {
-    const std::string& state = known(id).record.state;
-    return !crew_.stopping() && (!is_end(state) || state == "done");
+    const Job& job = known(id);
+    return !crew_.stopping() && !job.unwanted &&
+           (!is_end(job.record.state) || job.record.state == "done");
   };
   bool settled = false;
   const auto made = std::make_shared<std::optional<Checkpoint>>();
   while (!settled && wanted()) {
-    settled = co_await try_to_settle(id, frame, film, made);
-    if (settled) break;
-    co_await crew_.pause(wait);
+    settled = co_await try_to_settle(id, frame, film.pixels, made);
+    film.let_go();  // others need the memory; it is read back
+    for (Duration left = wait; !settled && left > Duration::zero() && wanted(); left -= retry_first)
+      co_await crew_.pause(std::min(left, retry_first));
     wait = std::min(2 * wait, retry_most);
   }
+  film.let_go();
   if (!settled && *made) co_await discard_checkpoint(**made);
   Job& job = known(id);
   job.checkpointing.erase(frame);
-  // What stop() has cut short the next start goes on with, from the results.
-  if (settled || !crew_.stopping()) job.unsettled.erase(frame);
+  // What is cut short is gone on with, from the results: by the next start, or if the job stays.
+  if (settled || !(crew_.stopping() || job.unwanted)) job.unsettled.erase(frame);
   files_changed_.notify();
 }
 
@@ -145,19 +146,22 @@ boost::asio::awaitable<bool> CoordinatorImpl::try_to_settle(
   input.job = id;
   input.frame = frame;
   input.plan = known(id).plan;
-  const auto unreadable = std::make_shared<bool>(false);
-  const std::function<std::optional<Checkpoint>()> make = [this, input, film, unreadable] {
+  const std::function<std::optional<Checkpoint>()> make = [this, input, film] {
     if (film) return std::optional(write_checkpoint(*store_, input.job, input.frame, *film));
-    return settle(
-        *store_, input, [this] { return stopped_.load(); }, *unreadable);
+    return settle(*store_, input, [this] { return stopped_.load(); });
   };
   try {
     *made = co_await on<std::optional<Checkpoint>>(checkpoints_, make);
+  } catch (const DamagedError& error) {
+    log::error(
+        "job {} frame {}: its film is damaged: {}; its picture is written, and if samples "
+        "are added all are rendered anew",
+        id, frame, error.what());
+    co_return true;
   } catch (const std::exception& error) {
-    if (crew_.stopping()) co_return false;
-    log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
-    // The picture is written. Should samples be added, they are all rendered anew.
-    co_return *unreadable;
+    if (!crew_.stopping())
+      log::error("job {} frame {}: its film could not be kept: {}", id, frame, error.what());
+    co_return false;
   }
   if (!*made) co_return true;
   co_return co_await try_to_put(**made);
@@ -167,14 +171,19 @@ void CoordinatorImpl::settle_what_is_left(Job& job, const JobContent& content) {
   const std::uint32_t regular = job.plan->passes.regular();
   for (const auto& [task, place] : content.results)
     if (task.pass < regular && job.files.contains(task.frame)) job.unsettled.insert(task.frame);
+  settle_all(job);
+}
+
+void CoordinatorImpl::settle_all(const Job& job) {
   for (const std::int32_t frame : job.unsettled)
-    crew_.start("a frame's checkpoint", settle_frame(job.record.id, frame, nullptr));
+    crew_.start("a frame's checkpoint", settle_frame(job.record.id, frame, {}));
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_settled(JobId id) {
   const AtWork working = at_work(id);
-  while (!known(id).unsettled.empty() && !crew_.stopping()) co_await files_changed_.wait();
   const Job& job = known(id);
+  while (!job.unsettled.empty() && !job.unwanted && !crew_.stopping())
+    co_await files_changed_.wait();
   if (!job.unsettled.empty()) co_return;       // the next start goes on
   if (!job.ended || job.extending) co_return;  // what is left is part of what it goes on with
   const std::function<char()> forget = [this, id] {

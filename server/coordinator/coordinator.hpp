@@ -91,10 +91,10 @@ struct StorageUse {
   std::uint64_t journal = 0;
   std::uint64_t checkpoints = 0;
   std::uint64_t blobs = 0;
-  std::uint64_t pictures = 0;  ///< final ones
-  std::uint64_t films = 0, films_most = 0;
-  std::uint64_t disk_most = 0;  ///< CoordinatorSettings::disk_limit
-  std::uint64_t disk_free = 0;  ///< on the data folder's file system
+  std::uint64_t pictures = 0;               ///< final ones
+  std::uint64_t films = 0, films_most = 0;  ///< those too that are on their way to disk
+  std::uint64_t disk_most = 0;              ///< CoordinatorSettings::disk_limit
+  std::uint64_t disk_free = 0;              ///< on the data folder's file system
   [[nodiscard]] std::uint64_t on_disk() const { return journal + checkpoints + blobs + pictures; }
 };
 
@@ -148,6 +148,8 @@ struct CoordinatorSettings {
   std::uint64_t disk_reserve = 1 * limits::GiB;
   /// A blob that no job names stays at least so long after it was last used or uploaded.
   Duration blob_grace = std::chrono::hours(24);
+  /// Who extends or removes a job waits so long for what is under way with it.
+  Duration patience = std::chrono::seconds(20);
   Duration upkeep = std::chrono::seconds(5);  ///< between two looks at all that
 };
 

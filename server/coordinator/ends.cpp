@@ -6,6 +6,7 @@
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 /// How frames and jobs end: files are written, the end is made durable, and what is not needed any
 /// more is let go. What fails is tried again, with pauses that double, for as long as the
@@ -44,13 +45,21 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
 
 boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t frame) {
   const std::filesystem::path file = frame_path(settings_.data, id, frame);
-  std::shared_ptr<const FilmSnapshot> shared;
+  const auto plan = known(id).plan;
+  const std::uint64_t bytes =
+      film_bytes(std::int64_t{plan->grid.film_width()} * plan->grid.film_height());
+  WholeFilm whole;
+  while (!(whole.share = whole_films_.take(bytes)) && !crew_.stopping())
+    co_await files_changed_.wait();
+  if (!whole.share) co_return false;
+  // Somebody else may have written it meanwhile.
+  if (!films_.find(id, frame)) co_return known(id).files.contains(frame);
   try {
     FilmSnapshot film = co_await films_.snapshot(id, frame);
-    shared = std::make_shared<const FilmSnapshot>(std::move(film));
+    whole.pixels = std::make_shared<const FilmSnapshot>(std::move(film));
     const image::Metadata metadata = metadata_for(known(id), frame);
-    const std::function<char()> write = [shared, metadata, file, durable = settings_.durable] {
-      write_frame_exr(file, durable, *shared, metadata);
+    const std::function<char()> write = [this, film = whole.pixels, metadata, file] {
+      write_frame_exr(file, settings_.durable, *film, metadata);
       return char{};
     };
     co_await on<char>(files_, write);
@@ -66,9 +75,10 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
   films_.forget(id, frame);
   if (!is_end(job.record.state) && !job.broken) {
     // Of a film that has the regular passes and no others its checkpoint is made as it stands.
-    if (job.plan->passes.regular() != job.plan->passes.count()) shared = nullptr;
+    if (job.plan->passes.regular() != job.plan->passes.count()) whole.let_go();
+    if (whole.pixels) whole.counted = settling_.take(bytes);
     job.unsettled.insert(frame);
-    crew_.start("a frame's checkpoint", settle_frame(id, frame, shared));
+    crew_.start("a frame's checkpoint", settle_frame(id, frame, std::move(whole)));
   }
   log::info("job {} frame {}: {}", id, frame, file.string());
   frame_news_.changed(id, frame, now());
@@ -106,27 +116,30 @@ boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string 
     job.end.reset();
     job.record = end;
   }
+  job.owed.emplace();
   job.ended = true;
-  co_await keep_pictures(id);
+  const bool kept = co_await keep_pictures(id);
   let_go(id);
   while (!known(id).checkpointing.empty()) co_await files_changed_.wait();
   collect_soon_ = true;
-  co_await forget_results(id);
+  co_await settle_what_is_owed(id, kept);
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::keep_pictures(JobId id) {
+boost::asio::awaitable<bool> CoordinatorImpl::keep_pictures(JobId id) {
   const bool extended = !known(id).record.extended_from.empty();
   const std::vector<std::int32_t> frames = films_.frames(id);
+  bool kept = true;
   for (const std::int32_t frame : frames) {
-    if (crew_.stopping()) co_return;
+    if (crew_.stopping()) co_return false;
     if (extended && !co_await surpasses_its_file(id, frame)) continue;
-    co_await write_frame(id, frame);
+    kept = co_await write_frame(id, frame) && kept;
   }
-  if (!extended) co_return;
+  if (!extended) co_return kept;
   const std::function<std::set<std::int32_t>()> look = [this, id] {
     return frames_on_disk(settings_.data, id);
   };
   known(id).files = co_await on<std::set<std::int32_t>>(files_, look);
+  co_return kept;
 }
 
 boost::asio::awaitable<bool> CoordinatorImpl::surpasses_its_file(JobId id, std::int32_t frame) {
@@ -150,19 +163,6 @@ void CoordinatorImpl::let_go(JobId id) {
   scheduler_.forget_job(id);
   tell_job(id);
   files_changed_.notify();
-}
-
-boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
-  const std::function<char()> forget = [this, id] {
-    store_->end_job(id);
-    return char{};
-  };
-  try {
-    co_await on_writer<char>(forget);
-  } catch (const std::exception& error) {
-    // The next start tries again.
-    log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
-  }
 }
 
 void CoordinatorImpl::fail_job(JobId id, const std::string& reason) {

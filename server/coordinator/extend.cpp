@@ -7,6 +7,7 @@
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
 #include "server/coordinator/job_content.hpp"
+#include "server/store/damaged.hpp"
 
 /// More samples for a job that is under way or done.
 namespace tessera::server {
@@ -17,8 +18,6 @@ Instant now() { return std::chrono::steady_clock::now(); }
 
 constexpr Duration retry_first = std::chrono::milliseconds(100);
 constexpr Duration retry_most = std::chrono::seconds(10);
-/// Who asked is answered after so long if the disk holds it up.
-constexpr Duration patience = std::chrono::seconds(20);
 constexpr Duration look = std::chrono::milliseconds(10);
 
 /// The record as it is to go on with more samples.
@@ -40,15 +39,7 @@ void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) cons
   if (job.extending || job.removing)
     throw Error(ErrorKind::conflict,
                 fmt::format("job {} is just being {}", id, job.removing ? "removed" : "extended"));
-  const std::string state = status_of(job).view.state;
-  if (job.broken)
-    throw Error(ErrorKind::conflict,
-                fmt::format("job {} cannot be extended, for what it has could not be read back: {}",
-                            id, job.unreadable));
-  if (state == "failed" || state == "cancelled")
-    throw Error(ErrorKind::conflict,
-                fmt::format("job {} has {}: only one that is done or under way can be extended", id,
-                            state == "cancelled" ? "been cancelled" : "failed"));
+  check_it_goes_on(job);
   if (const auto damage = store_->damage().find(id); damage != store_->damage().end())
     throw Error(ErrorKind::conflict,
                 fmt::format("job {} cannot be extended: {}. Its pictures stand; put the file back "
@@ -75,11 +66,16 @@ boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samp
   known(id).extending = true;
   const auto outcome = std::make_shared<Extension>();
   crew_.start("an extension", run_extension(id, samples, outcome));
-  const Instant most = now() + patience;
+  const Instant most = now() + settings_.patience;
   while (!outcome->over && !stopping_) {
     const Job& job = known(id);
     const std::string& trouble = refused_.empty() ? job.trouble : refused_;
-    if (now() > most && !trouble.empty())
+    if (now() > most && outcome->step == Extension::Step::reading)
+      throw Error(ErrorKind::unreachable,
+                  fmt::format("job {} goes on to {} samples once what it has is read through, "
+                              "which takes a while",
+                              id, samples));
+    if (now() > most && outcome->step == Extension::Step::changing && !trouble.empty())
       throw Error(
           ErrorKind::unreachable,
           fmt::format("job {} goes on to {} samples as soon as the disk takes what is to be "
@@ -93,48 +89,96 @@ boost::asio::awaitable<void> CoordinatorImpl::extend(JobId id, std::int64_t samp
 
 boost::asio::awaitable<void> CoordinatorImpl::run_extension(JobId id, std::int64_t samples,
                                                             std::shared_ptr<Extension> outcome) {
+  // Nothing new is begun meanwhile; no task that is out is lost by that.
+  perform(scheduler_.pause_job(id, now()));
   try {
+    co_await until_extendable(id, outcome);
+    outcome->step = Extension::Step::changing;
     co_await extend_checked(id, samples);
   } catch (const std::exception& error) {
     outcome->error = std::current_exception();
     log::warn("job {} is not extended: {}", id, error.what());
   }
   // A coordinator that stops leaves it so: the scheduler's word on the job is not its state.
-  if (!stopping_) known(id).extending = false;
+  if (!stopping_) {
+    Job& job = known(id);
+    job.extending = false;
+    if (job.record.state != "paused") perform(scheduler_.resume_job(id, now()));
+  }
   outcome->over = true;
   files_changed_.notify();
 }
 
-boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int64_t samples) {
-  // What is on its way ends first: nothing of the old plan must reach the store after the new one.
-  const auto busy = [&] {
-    // Also where a cancel was under way, which the store then refused.
-    if (!known(id).ending) perform(scheduler_.cancel_job(id, now()));
-    const Job& job = known(id);
-    return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended && !job.broken);
+bool CoordinatorImpl::is_busy(JobId id) const {
+  const Job& job = *find(id);
+  return job.arriving > 0 || job.at_work > 0 || (job.ending && !job.ended && !job.broken);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::until_quiet(JobId id) {
+  const Instant most = now() + settings_.patience;
+  while (is_busy(id)) {
+    if (stopping_) throw Error(ErrorKind::unreachable, "the coordinator stops");
+    const std::string& trouble = refused_.empty() ? known(id).trouble : refused_;
+    if (now() > most)
+      throw Error(ErrorKind::unreachable,
+                  fmt::format("job {} is as it was: what it has is still being written{}{}; try "
+                              "again later",
+                              id, trouble.empty() ? "" : ", and the disk refuses it: ", trouble));
+    co_await crew_.pause(look);
+  }
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::until_extendable(JobId id,
+                                                               std::shared_ptr<Extension> outcome) {
+  co_await until_quiet(id);
+  check_it_goes_on(known(id));
+  outcome->step = Extension::Step::reading;
+  // What it is to go on from is on disk alone from here on: it has to be there.
+  const std::function<char()> check = [this, id] {
+    check_readable(*store_, read_job(*store_, id), [this] { return stopped_.load(); });
+    return char{};
   };
-  while (busy() && !stopping_) co_await files_changed_.wait();
-  if (stopping_) throw Error(ErrorKind::failed, "the coordinator stops");
+  try {
+    co_await on<char>(checkpoints_, check);
+  } catch (const DamagedError& error) {
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} cannot be extended: {}", id, error.what()));
+  }
+  // Of what was out something may have come.
+  co_await until_quiet(id);
+  check_it_goes_on(known(id));
+}
+
+void CoordinatorImpl::check_it_goes_on(const Job& job) const {
+  const JobId id = job.record.id;
+  if (job.broken)
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} cannot be extended, for what it has could not be read back: {}",
+                            id, job.unreadable));
+  const std::string state = job.ended ? job.record.state : status_of(job).view.state;
+  if (state == "failed" || state == "cancelled")
+    throw Error(ErrorKind::conflict,
+                fmt::format("job {} has {}: only one that is done or under way can be extended", id,
+                            state == "cancelled" ? "been cancelled" : "failed"));
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int64_t samples) {
+  // Nothing of the old plan must reach the store after the new one.
+  perform(scheduler_.cancel_job(id, now()));
   const Job& job = known(id);
-  const bool over = is_end(job.record.state) && job.record.state != "done";
   JobRecord record = job.record;
   std::exception_ptr error;
-  if (!over) {
-    const std::function<JobRecord()> change = [this, record = extended(job, samples),
-                                               passes = job.plan->passes.regular()] {
-      store_->extend_job(record, passes);
-      return record;
-    };
-    try {
-      record = co_await on_writer<JobRecord>(change);
-    } catch (const std::exception&) {
-      error = std::current_exception();
-    }
+  const std::function<JobRecord()> change = [this, record = extended(job, samples),
+                                             passes = job.plan->passes.regular()] {
+    store_->extend_job(record, passes);
+    return record;
+  };
+  try {
+    record = co_await on_writer<JobRecord>(change);
+  } catch (const std::exception&) {
+    error = std::current_exception();
   }
   if (error && job.ended) std::rethrow_exception(error);  // it stays as it is
-  if (over)
-    throw Error(ErrorKind::conflict,
-                fmt::format("job {} has ended meanwhile: {}", id, record.state));
   co_await reopen(std::move(record));
   if (error) std::rethrow_exception(error);
   log::info("job {} goes on to {} samples", id, samples);

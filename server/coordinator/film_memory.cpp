@@ -4,6 +4,11 @@
 
 namespace tessera::server {
 
+bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film) {
+  constexpr std::uint64_t films = 2;
+  return journal > films * film;
+}
+
 std::vector<std::size_t> films_to_drop(std::span<const FilmUse> films, std::uint64_t most) {
   std::uint64_t total = 0;
   std::vector<std::size_t> candidates, dropped;

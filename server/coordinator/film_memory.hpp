@@ -3,8 +3,12 @@
 #include <span>
 #include <vector>
 
-/// Which films leave memory. Pure.
+/// Which films leave memory, and which go to disk. Pure.
 namespace tessera::server {
+
+/// True if a checkpoint should take the place of so many bytes of the journal: a film's own bytes
+/// are what it costs.
+bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film);
 
 struct FilmUse {
   std::uint64_t bytes = 0;  ///< in memory

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
@@ -13,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What ends or keeps something of a job that has ended: longer only where the disk refuses it.
-constexpr Duration rest_patience = std::chrono::seconds(20);
 constexpr Duration rest_look = std::chrono::milliseconds(20);
 
 Instant now() { return std::chrono::steady_clock::now(); }
@@ -103,7 +103,7 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_expired() {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::until_at_rest(JobId id) {
-  const Instant most = now() + rest_patience;
+  const Instant most = now() + settings_.patience;
   for (;;) {
     const Job& job = known(id);
     if (job.extending || job.removing)
@@ -112,6 +112,7 @@ boost::asio::awaitable<void> CoordinatorImpl::until_at_rest(JobId id) {
     if (!job.ended)
       throw Error(ErrorKind::conflict, fmt::format("job {} has not ended: cancel it first", id));
     if (job.at_rest()) co_return;
+    known(id).unwanted = true;
     if (now() > most)
       throw Error(ErrorKind::conflict,
                   fmt::format("what is kept of job {} is still being written{}{}", id,
@@ -122,8 +123,20 @@ boost::asio::awaitable<void> CoordinatorImpl::until_at_rest(JobId id) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::purge(JobId id) {
-  co_await until_at_rest(id);
-  co_await forget_job(id, "a person has removed it");
+  std::exception_ptr error;
+  try {
+    co_await until_at_rest(id);
+    co_await forget_job(id, "a person has removed it");
+  } catch (const std::exception&) {
+    error = std::current_exception();
+  }
+  if (!error) co_return;
+  Job* job = find(id);
+  if (job && std::exchange(job->unwanted, false) && !stopping_) {
+    settle_all(*job);
+    if (job->record.state == "done") crew_.start("a done job's results", forget_settled(id));
+  }
+  std::rethrow_exception(error);
 }
 
 void CoordinatorImpl::settle_job_folders(const std::vector<JobRecord>& records) {

@@ -62,6 +62,8 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
       pictures_(io_, pictures_kept),
       crew_(io_),
       files_changed_(io_),
+      whole_films_(settings_.film_memory, files_changed_),
+      quarantines_(crew_, files_changed_, quarantine_hooks()),
       clock_(io_),
       pool_(static_cast<std::size_t>(std::max(1, settings_.pool_threads))),
       previews_(1),
@@ -113,6 +115,7 @@ CoordinatorImpl::~CoordinatorImpl() {
 
 void CoordinatorImpl::start() {
   crew_.start("the coordinator's clock", keep_time());
+  crew_.start("pictures of ended jobs", keep_owed_pictures());
   begin_house();
 }
 
@@ -210,7 +213,8 @@ Job& CoordinatorImpl::known(JobId id) {
 JobStatus CoordinatorImpl::status_of(const Job& job) const {
   JobStatus status = job.status(scheduler_.job(job.record.id, now()), now());
   const std::string& trouble = refused_.empty() ? job.trouble : refused_;
-  if (!job.ended && !trouble.empty()) status.view.waiting_for = "the disk: " + trouble;
+  if ((!job.ended || job.owed) && !trouble.empty())
+    status.view.waiting_for = "the disk: " + trouble;
   return status;
 }
 

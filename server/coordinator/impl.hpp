@@ -15,18 +15,17 @@
 #include "server/coordinator/coordinator.hpp"
 #include "server/coordinator/crew.hpp"
 #include "server/coordinator/event_hub.hpp"
+#include "server/coordinator/film_memory.hpp"
 #include "server/coordinator/films.hpp"
 #include "server/coordinator/frame_throttle.hpp"
 #include "server/coordinator/job_content.hpp"
 #include "server/coordinator/job_table.hpp"
 #include "server/coordinator/offload.hpp"
 #include "server/coordinator/picture_cache.hpp"
+#include "server/coordinator/quarantine_table.hpp"
 #include "server/coordinator/result_pipeline.hpp"
+#include "server/coordinator/whole_films.hpp"
 #include "server/store/store.hpp"
-
-/// True if a checkpoint should take the place of so many bytes of the journal: a film's own bytes
-/// are what it costs.
-bool worth_a_checkpoint(std::uint64_t journal, std::uint64_t film);
 
 /// The real coordinator. Its members are used on the I/O thread alone, unless they say otherwise;
 /// README.md draws the threads.
@@ -73,7 +72,7 @@ class CoordinatorImpl : public Coordinator {
   void drain_worker(WorkerId worker) override;
   boost::asio::awaitable<void> quarantine(std::string name, std::string reason) override;
   boost::asio::awaitable<void> release(std::string name) override;
-  [[nodiscard]] std::vector<Quarantine> quarantines() const override;
+  [[nodiscard]] std::vector<Quarantine> quarantines() const override { return quarantines_.all(); }
   [[nodiscard]] std::uint64_t epoch() const override { return store_->epoch(); }
   WorkerId worker_joined(const WorkerInfo& info, std::shared_ptr<WorkerLink> link) override;
   void worker_heard(WorkerId worker) override;
@@ -102,10 +101,11 @@ class CoordinatorImpl : public Coordinator {
   void restore_job(const JobRecord& record);
   /// Gives scheduler and films what is kept of a job that they do not know yet.
   void take_in(Job& job, const JobContent& content);
-  /// Of jobs whose end was the last that an earlier run did for them; blocks.
-  void forget_results_of_ended();
-  /// The same for failed and cancelled jobs that have checkpoints alone.
-  void end_surplus_checkpoints();
+  /// The films' part of that. `also_written`: of frames too that have a file.
+  std::map<std::int32_t, FrameFilm*> restore_films(const Job& job, const JobContent& content,
+                                                   bool also_written);
+  /// Jobs whose end was the last that an earlier run did for them; blocks.
+  void look_at_ended();
   /// `log` is the worker's, if it said one.
   void note_failure(const AttemptFailed& failed, const std::string& log);
   /// What the disk does not take is logged and lost: nothing depends on it.
@@ -149,12 +149,19 @@ class CoordinatorImpl : public Coordinator {
   // ---- extend.cpp ----
   /// Throws Error if the job cannot go on to so many samples.
   void check_extension(const Job& job, std::int64_t samples) const;
+  void check_it_goes_on(const Job& job) const;
   struct Extension {
+    enum class Step { waiting, reading, changing } step = Step::waiting;
     bool over = false;
     std::exception_ptr error;
   };
   boost::asio::awaitable<void> run_extension(JobId id, std::int64_t samples,
                                              std::shared_ptr<Extension> outcome);
+  /// Nothing is under way with the job, and what the store holds of it can be read; else throws,
+  /// and nothing of it has changed.
+  boost::asio::awaitable<void> until_extendable(JobId id, std::shared_ptr<Extension> outcome);
+  boost::asio::awaitable<void> until_quiet(JobId id);
+  [[nodiscard]] bool is_busy(JobId id) const;
   boost::asio::awaitable<void> extend_checked(JobId id, std::int64_t samples);
   /// What the store holds of the job, however often it takes, or until stop(), which throws.
   boost::asio::awaitable<JobContent> read_surely(JobId id);
@@ -171,20 +178,20 @@ class CoordinatorImpl : public Coordinator {
   /// One that was put in vain, and will not be again.
   boost::asio::awaitable<void> discard_checkpoint(Checkpoint made);
   /// The frame's file stands: its regular passes are kept in a checkpoint, of `film` if that is at
-  /// hand, else of what is on disk; however often it takes.
-  boost::asio::awaitable<void> settle_frame(JobId id, std::int32_t frame,
-                                            std::shared_ptr<const FilmSnapshot> film);
+  /// hand, else of what is on disk; however often it takes, unless the job is unwanted.
+  boost::asio::awaitable<void> settle_frame(JobId id, std::int32_t frame, WholeFilm film);
   /// `made` is kept for the next try, if the store does not take it.
   boost::asio::awaitable<bool> try_to_settle(JobId id, std::int32_t frame,
                                              std::shared_ptr<const FilmSnapshot> film,
                                              std::shared_ptr<std::optional<Checkpoint>> made);
   /// Finished frames whose results are still in the journal after a start.
   void settle_what_is_left(Job& job, const JobContent& content);
+  void settle_all(const Job& job);
   /// The job is done: once its frames are settled, results that are left go.
   boost::asio::awaitable<void> forget_settled(JobId id);
 
   // ---- room.cpp ----
-  /// Measures the data folder (blocks), and begins to look after it.
+  /// Begins to look after the data folder; blocks if what is in it counts for a limit.
   void begin_house();
   boost::asio::awaitable<void> keep_house();
   boost::asio::awaitable<void> collect_blobs();
@@ -203,10 +210,9 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<void> until_at_rest(JobId id);
 
   // ---- quarantines.cpp ----
-  /// Has the store say of this name what the table says now.
-  boost::asio::awaitable<void> save_quarantine(std::string name);
-  /// However often it takes.
-  boost::asio::awaitable<void> keep_quarantine(std::string name);
+  QuarantineTable::Hooks quarantine_hooks();
+  boost::asio::awaitable<void> save_quarantine(std::string name, std::optional<Quarantine> kept);
+  void worker_released(const std::string& name);
 
   // ---- workers.cpp ----
   void results_durable(std::vector<ArrivedResult> results);
@@ -233,7 +239,8 @@ class CoordinatorImpl : public Coordinator {
   /// The job has failed or is cancelled: makes that durable (unless it is), keeps its pictures so
   /// far, lets go.
   boost::asio::awaitable<void> abandon_job(JobId id, std::string state, std::string error);
-  boost::asio::awaitable<void> keep_pictures(JobId id);
+  /// True if all are written that it has films of.
+  boost::asio::awaitable<bool> keep_pictures(JobId id);
   /// The film has more samples than the picture of the samples before the job was extended.
   boost::asio::awaitable<bool> surpasses_its_file(JobId id, std::int32_t frame);
   void fail_job(JobId id, const std::string& reason);
@@ -244,15 +251,24 @@ class CoordinatorImpl : public Coordinator {
   void keep(Job& job);
   boost::asio::awaitable<void> keep_record(JobId id);
   void let_go(JobId id);
+
+  // ---- owed.cpp ----
+  boost::asio::awaitable<void> keep_owed_pictures();
+  boost::asio::awaitable<void> write_owed(JobId id);
+  /// `kept`: its pictures are written. Decides what becomes of the rest.
+  boost::asio::awaitable<void> settle_what_is_owed(JobId id, bool kept);
   /// The results of a job that failed or was cancelled leave the journal, and its checkpoints are
   /// deleted. What fails, the next start does again.
   boost::asio::awaitable<void> forget_results(JobId id);
 
-  /// Runs `work` on a lane's thread, or on the writer's, and resumes with what it returns.
+  /// Runs `work` on the writer's thread, and resumes with what it returns.
   template <class Result>
-  boost::asio::awaitable<Result> on(boost::asio::thread_pool& lane, std::function<Result()> work);
-  template <class Result>
-  boost::asio::awaitable<Result> on_writer(std::function<Result()> work);
+  boost::asio::awaitable<Result> on_writer(std::function<Result()> work) {
+    std::function<void(std::function<void()>)> post = [this](std::function<void()> todo) {
+      results_.writer().run(std::move(todo));
+    };
+    return offload<Result>(std::move(post), std::move(work));
+  }
 
   boost::asio::any_io_executor io_;
   CoordinatorSettings settings_;
@@ -264,10 +280,12 @@ class CoordinatorImpl : public Coordinator {
   FrameThrottle job_news_;  ///< each job as its frame 0
   PictureCache pictures_;
   Crew crew_;
-  Signal files_changed_;  ///< a frame's file is written
+  Signal files_changed_;  ///< a frame's file is written, or something that others wait for
+  WholeFilms whole_films_;
+  Budget settling_;  ///< bytes of films that are on their way to their checkpoints
   Budget in_flight_;
   std::map<JobId, Job> jobs_;
-  std::map<std::string, Quarantine> quarantines_;  ///< by name; the store has them, or is about to
+  QuarantineTable quarantines_;
   std::unordered_map<WorkerId, Worker> workers_;
   boost::asio::steady_timer clock_;
   Instant armed_ = Instant::max();
@@ -296,22 +314,5 @@ class CoordinatorImpl : public Coordinator {
   ResultPipeline results_;
   std::shared_ptr<const char> alive_ = std::make_shared<const char>();  ///< as long as this is
 };
-
-template <class Result>
-boost::asio::awaitable<Result> CoordinatorImpl::on(boost::asio::thread_pool& lane,
-                                                   std::function<Result()> work) {
-  std::function<void(std::function<void()>)> post = [&lane](std::function<void()> todo) {
-    boost::asio::post(lane, std::move(todo));
-  };
-  return offload<Result>(std::move(post), std::move(work));
-}
-
-template <class Result>
-boost::asio::awaitable<Result> CoordinatorImpl::on_writer(std::function<Result()> work) {
-  std::function<void(std::function<void()>)> post = [this](std::function<void()> todo) {
-    results_.writer().run(std::move(todo));
-  };
-  return offload<Result>(std::move(post), std::move(work));
-}
 
 }  // namespace tessera::server

@@ -8,6 +8,7 @@
 #include "common/base/error.hpp"
 #include "server/coordinator/frame_film.hpp"
 #include "server/film/film_tile_bytes.hpp"
+#include "server/store/damaged.hpp"
 
 namespace tessera::server {
 
@@ -32,6 +33,20 @@ JobContent read_job(const Store& store, JobId job) {
 }
 
 namespace {
+
+/// What was read is whole, for its CRC is right; that it is no tile all the same does not change.
+template <class Parse>
+auto parsed(const Parse& parse) {
+  try {
+    return parse();
+  } catch (const Error& error) {
+    throw DamagedError(error.what());
+  }
+}
+
+void stop_if(const std::function<bool()>& stopped) {
+  if (stopped()) throw Error(ErrorKind::failed, "the coordinator stops");
+}
 
 /// What is kept of one finished frame's regular passes.
 class KeptFrame {
@@ -59,17 +74,18 @@ class KeptFrame {
     const JobPlan& plan = *of_.plan;
     const Rect window = plan.grid.tile(index);
     const auto held = checkpointed_.find(index);
-    FilmTile sums = held == checkpointed_.end()
-                        ? empty_film_tile(window)
-                        : film_tile_from(store_.read_checkpoint(held->second.second), window);
+    FilmTile sums = empty_film_tile(window);
+    if (held != checkpointed_.end()) {
+      const std::vector<std::byte> bytes = store_.read_checkpoint(held->second.second);
+      sums = parsed([&] { return film_tile_from(bytes, window); });
+    }
     while (sums.passes < plan.passes.regular()) {
       const TaskId task{of_.frame, index, sums.passes};
       const auto place = results_.find({index, sums.passes});
-      if (place == results_.end())
-        throw Error(ErrorKind::failed, fmt::format("{} is not kept", text_of(task)));
+      if (place == results_.end()) throw DamagedError(fmt::format("{} is not kept", text_of(task)));
       auto exr =
           std::make_shared<const std::vector<std::byte>>(store_.read_result(place->second).exr);
-      fold(sums, decode(std::move(exr), expectation_of(plan, task)).pixels);
+      fold(sums, parsed([&] { return decode(std::move(exr), expectation_of(plan, task)); }).pixels);
     }
     return sums;
   }
@@ -83,20 +99,27 @@ class KeptFrame {
 
 }  // namespace
 
+void check_readable(const Store& store, const JobContent& content,
+                    const std::function<bool()>& stopped) {
+  for (const Checkpoint& checkpoint : content.checkpoints)
+    for (const CheckpointTile& tile : checkpoint.tiles) {
+      stop_if(stopped);
+      static_cast<void>(store.read_checkpoint({checkpoint.number, tile.offset, tile.length}));
+    }
+  for (const auto& [task, place] : content.results) {
+    stop_if(stopped);
+    static_cast<void>(store.read_result(place));
+  }
+}
+
 std::optional<Checkpoint> settle(const Store& store, const SettleInput& input,
-                                 const std::function<bool()>& stopped, bool& unreadable) {
+                                 const std::function<bool()>& stopped) {
   const KeptFrame kept(store, input);
   if (kept.whole()) return std::nullopt;
   const auto writer = store.begin_checkpoint(input.job, input.frame);
   for (std::uint32_t index = 0; index < input.plan->grid.count(); ++index) {
-    if (stopped()) throw Error(ErrorKind::failed, "the coordinator stops");
-    FilmTile sums;
-    try {
-      sums = kept.tile(index);
-    } catch (const Error&) {
-      unreadable = true;
-      throw;
-    }
+    stop_if(stopped);
+    const FilmTile sums = kept.tile(index);
     writer->append(index, sums.passes, bytes_of(sums));
   }
   return writer->finish();

@@ -23,17 +23,22 @@ struct JobContent {
 /// Blocks on the disk. Throws Error.
 JobContent read_job(const Store& store, JobId job);
 
+/// Reads through all that the job has: throws DamagedError if any of it is damaged, Error if it
+/// cannot be read, or once `stopped` says so. Blocks.
+void check_readable(const Store& store, const JobContent& content,
+                    const std::function<bool()>& stopped);
+
 /// Writes a checkpoint of a finished frame's regular passes, from its checkpoint so far and the
-/// journal; nullopt if it has one of all of them already. Blocks. Throws Error, `unreadable` set if
-/// what is kept of the frame cannot be read or is not all there. Ends early, by an Error, once
-/// `stopped` says so.
+/// journal; nullopt if it has one of all of them already. Blocks. Throws DamagedError if what is
+/// kept of the frame is damaged or not all there: no later attempt goes better. Throws Error if
+/// it cannot be read or written, or once `stopped` says so.
 struct SettleInput {
   JobId job = 0;
   std::int32_t frame = 0;
   std::shared_ptr<const JobPlan> plan;
 };
 std::optional<Checkpoint> settle(const Store& store, const SettleInput& input,
-                                 const std::function<bool()>& stopped, bool& unreadable);
+                                 const std::function<bool()>& stopped);
 
 /// … of a film that is in memory, as far as it is. No tile of it holds more than the regular
 /// passes.

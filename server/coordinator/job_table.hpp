@@ -16,6 +16,12 @@ namespace tessera::server {
 /// "done", "failed" or "cancelled": nothing changes any more.
 bool is_end(const std::string& state);
 
+/// Pictures of a job that has ended, which are to be tried again.
+struct OwedPictures {
+  Instant next{};   ///< when
+  Duration wait{};  ///< before that
+};
+
 struct Job {
   Job(JobRecord from, Instant now, UnixMillis wall_now);
 
@@ -35,6 +41,9 @@ struct Job {
   std::set<std::int32_t> checkpointing;  ///< frames of which one is being made
   int arriving = 0;                      ///< results on their way to the journal
   int at_work = 0;                       ///< coroutines that end or keep something of it
+  /// It has failed or is cancelled, and its pictures so far may not be written: what it had stays.
+  std::optional<OwedPictures> owed;
+  bool unwanted = false;  ///< somebody waits to remove it: nothing more of it is to be kept
   bool extending = false;
   bool removing = false;   ///< it is being forgotten
   bool changing = false;   ///< a change that somebody asked for is being kept

@@ -4,6 +4,7 @@
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <exception>
 #include <functional>
@@ -41,6 +42,15 @@ boost::asio::awaitable<Result> offload(std::function<void(std::function<void()>)
   co_return co_await boost::asio::async_initiate<const boost::asio::use_awaitable_t<>,
                                                  void(std::exception_ptr, Result)>(
       initiation, boost::asio::use_awaitable, std::move(post), std::move(work));
+}
+
+/// The same on a thread of the pool.
+template <class Result>
+boost::asio::awaitable<Result> on(boost::asio::thread_pool& lane, std::function<Result()> work) {
+  std::function<void(std::function<void()>)> post = [&lane](std::function<void()> todo) {
+    boost::asio::post(lane, std::move(todo));
+  };
+  return offload<Result>(std::move(post), std::move(work));
 }
 
 }  // namespace tessera::server

@@ -97,6 +97,11 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
     FilmSnapshot film;
     if (films_.find(key.job, key.frame)) {
       film = co_await films_.snapshot(key.job, key.frame);
+    } else if (job.owed) {
+      throw Error(
+          ErrorKind::unreachable,
+          fmt::format("job {} has ended, and its picture of frame {} is not written yet{}{}",
+                      key.job, key.frame, job.trouble.empty() ? "" : ": ", job.trouble));
     } else if (job.ended) {
       throw Error(ErrorKind::not_found,
                   fmt::format("job {} ended without a picture of frame {}", key.job, key.frame));

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
@@ -19,44 +21,37 @@ void CoordinatorImpl::restore() {
   settle_job_folders(records);
   for (Quarantine& one : store_->quarantines()) {
     perform(scheduler_.quarantine(one.name, one.reason, now()));
-    quarantines_.emplace(one.name, std::move(one));
+    quarantines_.restore(std::move(one));
   }
   for (const JobRecord& record : records) restore_job(record);
-  forget_results_of_ended();
-  end_surplus_checkpoints();
+  look_at_ended();
   for (const auto& [id, count] : store_->failure_counts())
     if (Job* job = find(id)) job->failures = count;
   if (!jobs_.empty()) log::info("epoch {}: {} jobs read back", epoch(), jobs_.size());
 }
 
-void CoordinatorImpl::forget_results_of_ended() {
-  for (const JobId id : store_->jobs_with_results()) {
+void CoordinatorImpl::look_at_ended() {
+  const std::vector<JobId> with_results = store_->jobs_with_results();
+  const std::vector<JobId> with_checkpoints = store_->jobs_with_checkpoints();
+  std::set<JobId> with_something(with_results.begin(), with_results.end());
+  with_something.insert(with_checkpoints.begin(), with_checkpoints.end());
+  for (const JobId id : with_something) {
     Job* job = find(id);
     if (job && !job->ended) continue;
     try {
-      if (job && job->record.state == "done" && store_->damage().contains(id)) {
-        continue;  // its pictures stand, and what is left of the rest may be whole again one day
-      } else if (job && job->record.state == "done") {
+      if (!job) {
+        store_->end_job(id);
+      } else if (job->record.state != "done") {
+        job->owed.emplace();
+      } else if (!std::binary_search(with_results.begin(), with_results.end(), id)) {
+        continue;  // it goes on from its checkpoints if samples are added
+      } else if (!store_->damage().contains(id)) {
+        // Where a file is lacking its pictures stand, and the rest may be whole again one day.
         settle_what_is_left(*job, read_job(*store_, id));
         crew_.start("a done job's results", forget_settled(id));
-      } else {
-        store_->end_job(id);
       }
     } catch (const std::exception& error) {
       log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
-    }
-  }
-}
-
-void CoordinatorImpl::end_surplus_checkpoints() {
-  for (const JobId id : store_->jobs_with_checkpoints()) {
-    const Job* job = find(id);
-    // A done job goes on from its checkpoints if samples are added.
-    if (job && (!job->ended || job->record.state == "done")) continue;
-    try {
-      store_->end_job(id);
-    } catch (const std::exception& error) {
-      log::warn("job {}: its checkpoints could not be removed: {}", id, error.what());
     }
   }
 }
@@ -86,32 +81,44 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   if (record.state != "paused") perform(scheduler_.resume_job(record.id, now()));
 }
 
-void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
+std::map<std::int32_t, FrameFilm*> CoordinatorImpl::restore_films(const Job& job,
+                                                                  const JobContent& content,
+                                                                  bool also_written) {
   const JobId id = job.record.id;
-  for (const Tally& tally : content.tallies)
-    job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
-              tally.worker_build);
   std::map<std::int32_t, FrameFilm*> films;
+  const auto wanted = [&](std::int32_t frame) {
+    return also_written || !job.files.contains(frame);
+  };
   const auto film_of = [&](std::int32_t frame) -> FrameFilm& {
     FrameFilm*& film = films[frame];
     if (!film) film = &films_.open(id, job.plan, frame, job.version_base);
     return *film;
   };
   for (const Checkpoint& checkpoint : content.checkpoints) {
-    if (job.files.contains(checkpoint.frame)) continue;
-    for (const CheckpointTile& tile : checkpoint.tiles) {
+    if (!wanted(checkpoint.frame)) continue;
+    for (const CheckpointTile& tile : checkpoint.tiles)
       film_of(checkpoint.frame)
           .restore_checkpoint(tile.tile, tile.passes,
                               {checkpoint.number, tile.offset, tile.length});
-      perform(scheduler_.tile_folded(id, checkpoint.frame, tile.tile, tile.passes, now()));
-    }
   }
-  for (const auto& [task, place] : content.results) {
-    scheduler_.restore_closed(id, task);
-    if (!job.files.contains(task.frame)) film_of(task.frame).restore(task.tile, task.pass, place);
-  }
-  if (job.build) scheduler_.restore_build(id, *job.build);
+  for (const auto& [task, place] : content.results)
+    if (wanted(task.frame)) film_of(task.frame).restore(task.tile, task.pass, place);
   for (const auto& [frame, film] : films) film->restored();
+  return films;
+}
+
+void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
+  const JobId id = job.record.id;
+  for (const Tally& tally : content.tallies)
+    job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
+              tally.worker_build);
+  for (const Checkpoint& checkpoint : content.checkpoints)
+    if (!job.files.contains(checkpoint.frame))
+      for (const CheckpointTile& tile : checkpoint.tiles)
+        perform(scheduler_.tile_folded(id, checkpoint.frame, tile.tile, tile.passes, now()));
+  for (const auto& [task, place] : content.results) scheduler_.restore_closed(id, task);
+  if (job.build) scheduler_.restore_build(id, *job.build);
+  const std::map<std::int32_t, FrameFilm*> films = restore_films(job, content, false);
   // What is durable in order counts as folded from the start, so that work is handed out at once;
   // the sums are read back when they are needed.
   for (const auto& [frame, film] : films)

@@ -49,7 +49,7 @@ StorageUse CoordinatorImpl::storage() const {
   StorageUse use = measured_;
   use.journal = store_->journal_bytes();
   use.checkpoints = store_->checkpoint_bytes();
-  use.films = films_.memory();
+  use.films = films_.memory() + settling_.used();
   use.films_most = settings_.film_memory;
   use.disk_most = settings_.disk_limit;
   return use;
@@ -69,11 +69,13 @@ void CoordinatorImpl::begin_house() {
   struct statvfs system {};
   if (statvfs(settings_.data.c_str(), &system) == 0)
     reserve_ = reserve_of(std::uint64_t{system.f_blocks} * system.f_frsize, settings_.disk_reserve);
-  measured_ = look_at_disk({}, true);
+  // Many files take their time; without a limit nobody waits for their sum.
+  measured_ = look_at_disk({}, settings_.disk_limit > 0);
   crew_.start("the data folder's upkeep", keep_house());
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::keep_house() {
+  co_await measure(true);
   for (std::uint64_t look = 0; !crew_.stopping(); ++look) {
     co_await crew_.pause(settings_.upkeep);
     if (crew_.stopping()) co_return;

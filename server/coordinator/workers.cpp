@@ -172,6 +172,7 @@ void CoordinatorImpl::forget_late_results(JobId id) {
   const Job* job = find(id);
   if (stopping_ || !job) return;
   const bool done = job->record.state == "done";
+  if (!done && job->owed) return;  // they go with all that it had
   crew_.start("late results of an ended job", done ? forget_settled(id) : forget_results(id));
 }
 

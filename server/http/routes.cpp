@@ -28,6 +28,9 @@ constexpr std::array upload_refusals = {
     Refusal{"413", "The blob is larger than a blob may be"},
     Refusal{"422", "The bytes have another digest"}, no_room};
 constexpr std::array job_refusals = {Refusal{"409", "The job's state does not allow it"}, no_room};
+constexpr std::array change_refusals = {
+    Refusal{"409", "The job's state does not allow it, or what it has is damaged"},
+    Refusal{"503", "What the job has is still being written or read through: try again"}, no_room};
 constexpr std::array full_disk = {no_room};
 constexpr std::array release_refusals = {Refusal{"404", "No worker of that name is quarantined"},
                                          no_room};
@@ -77,7 +80,7 @@ constexpr std::array table = {
           "samples",
           {},
           {},
-          job_refusals},
+          change_refusals},
     Route{"DELETE",
           "/v1/jobs/{id}",
           cancel_job,

@@ -121,7 +121,8 @@ Json quarantine_object(const Quarantine& quarantine) {
   return {{"name", quarantine.name},
           {"reason", quarantine.reason},
           {"by", quarantine.by},
-          {"since", time_or_null(quarantine.since)}};
+          {"since", time_or_null(quarantine.since)},
+          {"durable", quarantine.durable}};
 }
 
 Json worker_object(const WorkerView& worker, const Quarantine* quarantine) {

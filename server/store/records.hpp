@@ -136,6 +136,7 @@ struct Quarantine {
   std::string reason;
   std::string by;        ///< "user": a person said so; "server": it failed where others do not
   UnixMillis since = 0;  ///< Unix time
+  bool durable = true;   ///< false: it is in force, and not on disk yet
   bool operator==(const Quarantine&) const = default;
 };
 

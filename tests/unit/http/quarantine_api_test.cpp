@@ -32,6 +32,7 @@ TEST_F(QuarantineApiTest, ANameIsQuarantinedWhetherItsWorkerIsThereOrNotAndShown
   EXPECT_EQ(worker["state"], "quarantined");
   EXPECT_EQ(worker["quarantine"]["reason"], "its fan is broken");
   EXPECT_EQ(worker["quarantine"]["by"], "user");
+  EXPECT_EQ(worker["quarantine"]["durable"], true);
   EXPECT_THAT(worker["quarantine"]["since"].get<std::string>(), HasSubstr("2023-11-14T"));
   ASSERT_EQ(all["quarantines"].size(), 2U);
   EXPECT_EQ(all["quarantines"][1]["name"], "away");

@@ -77,5 +77,14 @@ TEST(OpenApi, DescribesEveryRouteOfTheTableWithItsParameters) {
   EXPECT_TRUE(submit["responses"].contains("422"));
 }
 
+TEST(OpenApi, Lists507WhereTheServerKeepsSomethingAndNowhereElse) {
+  const Json description = openapi_description(routes());
+  for (const auto& [path, methods] : description["paths"].items())
+    for (const auto& [method, operation] : methods.items()) {
+      const bool keeps = method != "get" && method != "head" && path != "/v1/blobs/missing";
+      EXPECT_EQ(operation["responses"].contains("507"), keeps) << method << " " << path;
+    }
+}
+
 }  // namespace
 }  // namespace tessera::server

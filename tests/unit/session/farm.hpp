@@ -62,6 +62,7 @@ class Farm {
     settings.keep_jobs = keep_jobs;
     settings.blob_grace = blob_grace;
     settings.upkeep = upkeep;
+    settings.patience = patience;
     settings.disk_limit = disk_limit;
     coordinator = Coordinator::open(io->get_executor(), settings);
     SessionSettings sessions = session_settings;
@@ -144,6 +145,7 @@ class Farm {
   std::uint64_t film_memory = 256 * limits::MiB;
   std::optional<Duration> keep_jobs;
   Duration blob_grace = std::chrono::hours(24), upkeep = std::chrono::seconds(5);
+  Duration patience = std::chrono::seconds(20);
   std::uint64_t disk_limit = 0;
   std::filesystem::path data;
   std::unique_ptr<boost::asio::io_context> io;
