@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "client/interrupt.hpp"
+#include "client/preflight.hpp"
 
 namespace tessera::client {
 
@@ -43,6 +44,7 @@ std::string motion_note(double duration, double fps) {
 PreparedJob prepare(const JobOptions& options) {
   NamedScene named = named_scene(options.scene, options.overrides);
   scene::LoadedScene loaded = load_named_scene(named);
+  Preflight().check_pictures(loaded.scene);
   PreparedJob out;
   out.warnings = std::move(loaded.warnings);
   out.spec = job_from(loaded.scene, options,

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "client/preflight.hpp"
 #include "common/base/error.hpp"
 #include "common/base/files.hpp"
 #include "common/base/limits.hpp"
@@ -77,6 +78,7 @@ class Preparer {
         fail_with(error, values, true);
       }
     }();
+    preflight_.check_pictures(loaded.scene);
     if (index == 0)
       out_.scene_name = loaded.scene.name.empty() ? file.stem().string() : loaded.scene.name;
     for (std::string& warning : loaded.warnings)
@@ -105,6 +107,7 @@ class Preparer {
 
   const WedgePlan& plan_;
   FileHasher hasher_;
+  Preflight preflight_;
   PreparedWedge out_;
 };
 

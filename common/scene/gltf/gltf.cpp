@@ -188,6 +188,11 @@ class Assembler {
   }
 
   void warn_of_the_rest() {
+    if (options_.units == Units::physical && !scene_.lights.empty() &&
+        asset_.model.asset.generator.find("Blender") != std::string::npos)
+      asset_.warn(
+          "Blender wrote it, unless told otherwise with lights of 683 times its own units: "
+          "--units blender takes them for that");
     if (const auto names = variants_of(asset_); !names.empty() && variant_ < 0)
       asset_.warn(fmt::format("the file has variants of its materials ({}); the default is shown",
                               fmt::join(names, ", ")));

@@ -31,6 +31,9 @@ constexpr std::string_view model = R"({
   "bufferViews": [{"buffer": 0, "byteLength": 36}],
   "buffers": [{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
 
+constexpr std::string_view one_texel =
+    "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x40\x40\x40\x81";
+
 class Overrides : public testing::Test {
  protected:
   [[nodiscard]] scene::LoadedScene load(std::string_view text, const SceneOverrides& overrides,
@@ -64,7 +67,7 @@ TEST_F(Overrides, an_environment_takes_the_place_of_the_scene_s) {
 
 TEST_F(Overrides, an_environment_s_picture_may_lie_anywhere_and_travels_with_the_scene) {
   const TemporaryFolder elsewhere;
-  const auto picture = elsewhere.write("sky.hdr", "no picture yet");
+  const auto picture = elsewhere.write("sky.hdr", one_texel);
   JobOptions options;
   options.scene = folder_.write("scene.json", lit_scene);
   const Digest before = prepare(options).spec.bundle;
@@ -73,8 +76,7 @@ TEST_F(Overrides, an_environment_s_picture_may_lie_anywhere_and_travels_with_the
   EXPECT_NE(job.spec.bundle, before);
   EXPECT_EQ(job.assets.bundle.scene, "scene.json");
   ASSERT_EQ(job.assets.bundle.files.size(), 2U);
-  EXPECT_EQ(job.assets.bundle.files.at("tessera-environment/picture").digest,
-            digest_of("no picture yet"));
+  EXPECT_EQ(job.assets.bundle.files.at("tessera-environment/picture").digest, digest_of(one_texel));
   std::string text;
   std::getline(std::ifstream(job.assets.files.at(0).file), text, '\0');
   EXPECT_THAT(text, HasSubstr("tessera-environment/picture")) << "the edited scene can be read";

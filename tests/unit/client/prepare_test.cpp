@@ -49,5 +49,21 @@ TEST(Prepare, a_missing_mesh_is_bad_input_at_its_place) {
   EXPECT_NE(error.message().find("a.obj"), std::string::npos);
 }
 
+TEST(Prepare, all_pictures_that_are_none_are_said_before_anything_is_queued) {
+  const TemporaryFolder folder;
+  folder.write("oak.png", "no picture");
+  folder.write("sky.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 1\n\x40\x40\x40\x81");
+  JobOptions options;
+  options.scene = folder.write("scene.json",
+                               R"({"tessera": 1, "camera": {"eye": [0, 0, 5], "target": [0, 0, 0]},
+    "environment": {"file": "sky.hdr"},
+    "materials": {"m": {"type": "principled", "base_color": {"file": "oak.png"}, "roughness": {"file": "oak.png"}}}})");
+  const Error error = error_of([&] { (void)prepare(options); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_NE(error.message().find("2 pictures"), std::string::npos) << error.message();
+  EXPECT_NE(error.message().find("oak.png: not a picture"), std::string::npos) << error.message();
+  EXPECT_NE(error.message().find("sky.hdr: "), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -140,6 +140,22 @@ TEST(Surfaces, InputsAreTheirFactorTimesTheTexture) {
   EXPECT_FALSE(compile(of(surface)).emits());
 }
 
+TEST(Surfaces, ACoatDimsTheLightBelowItByWhatItReflects) {
+  scene::Principled surface;
+  surface.emission.factor = {2, 1, 0};
+  surface.clearcoat.factor = 0.5;
+  surface.clearcoat_roughness.factor = 0;
+  EXPECT_FALSE(compile(of(surface)).emits()) << "paths find it";
+  const Closure facing = closure_at(of(surface), {0, 0, 1}, {});
+  EXPECT_NEAR(facing.emission.g, 1 - 0.5F * 0.04F, 2e-3F);
+  EXPECT_NEAR(facing.emission.r, 2 * facing.emission.g, 1e-6F);
+  const Closure grazing = closure_at(of(surface), normalize(Vec3{1, 0, 0.05F}), {});
+  EXPECT_LT(grazing.emission.g, 0.7F);
+  EXPECT_GT(grazing.emission.g, 0.5F);
+  surface.clearcoat.factor = 0;
+  EXPECT_TRUE(compile(of(surface)).emits());
+}
+
 TEST(Surfaces, VerticesColourTheBaseUnlessTheyMayNot) {
   scene::Principled surface;
   surface.base_color.factor = {1, 1, 1};

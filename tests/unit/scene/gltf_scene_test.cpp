@@ -11,6 +11,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 Vec3 times(const Transform& t, const Vec3& p) {
   Vec3 out{};
@@ -132,6 +133,17 @@ TEST(GltfScene, a_view_of_all_and_even_light_are_made_up_and_said) {
   EXPECT_TRUE(loaded.scene.environment->image.has_value());
   EXPECT_THAT(loaded.warnings, Contains(HasSubstr("no camera")));
   EXPECT_THAT(loaded.warnings, Contains(HasSubstr("no light")));
+}
+
+TEST(GltfScene, lights_from_blender_are_remarked_on_unless_their_units_are_said) {
+  GltfFile file;
+  file.with_triangle();
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] =
+      nlohmann::json::array({{{"type", "point"}}});
+  file.node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  EXPECT_THAT(file.load().warnings, Not(Contains(HasSubstr("--units"))));
+  file.json["asset"]["generator"] = "Khronos glTF Blender I/O v3.4.50";
+  EXPECT_THAT(file.load().warnings, Contains(HasSubstr("--units blender")));
 }
 
 TEST(GltfScene, emission_of_one_colour_is_light_and_what_a_texture_paints_is_none) {

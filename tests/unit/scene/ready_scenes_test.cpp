@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <vector>
 
 #include "tests/unit/scene/support.hpp"
@@ -161,6 +162,17 @@ double area(const Mesh& mesh) {
   for (const auto& t : mesh.triangles)
     sum += area(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
   return sum;
+}
+
+TEST(ReadyScenes, every_one_is_read_with_all_its_files) {
+  int count = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(source_folder() / "scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    EXPECT_NO_THROW((void)load_scene(entry.path())) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 4);
 }
 
 TEST(ReadyScenes, the_cornell_box_has_its_measured_numbers) {

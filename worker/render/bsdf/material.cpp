@@ -80,8 +80,8 @@ void compile_principled(const scene::Material& source, Materials /*all*/, Compil
   const auto& principled = std::get<scene::Principled>(source.surface);
   append(out, Surface(PrincipledSurface(principled, source.vertex_colors)));
   // What is unlit shines for the eye, and is no light to sample; nor is what differs from place to
-  // place. Paths find both.
-  if (!principled.unlit && !principled.emission.texture) {
+  // place, or from side to side as a coat dims it. Paths find all three.
+  if (!principled.unlit && !principled.emission.texture && principled.clearcoat.factor == 0) {
     out.radiance = to_color(principled.emission.factor);
   }
   out.two_sided = !source.back_culled;

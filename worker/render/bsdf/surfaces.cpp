@@ -175,8 +175,8 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
     out.emission += base;
     return;
   }
-  out.emission += emission.at(source);
   const float below = add_coat(source, out);
+  out.emission += emission.at(source) * below;
   const float cosine = facing(out.shading, source);
 
   const float metal = unit(metallic.at(source)), passing = unit(transmission.at(source));
