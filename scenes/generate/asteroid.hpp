@@ -1,17 +1,13 @@
 #pragma once
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <string>
 
+#include "scenes/generate/noise.hpp"
+
 /// Scenes that are too large to be kept, made when they are needed. The same arguments give the
 /// same bytes everywhere: no function of libm but sqrt is used.
 namespace tessera::generate {
-
-using Point = std::array<double, 3>;
-
-/// A smooth pseudo-random function of space, −1…1: values at whole points, blended in between.
-double noise(const Point& p);
 
 /// A rock: the unit sphere in the direction `d` (any length), pushed out and in by noise of many
 /// scales. 0.7…1.3.

@@ -5,6 +5,7 @@
 
 #include "common/base/digest.hpp"
 #include "scenes/generate/asteroid.hpp"
+#include "scenes/generate/forest.hpp"
 #include "tests/unit/scene/support.hpp"
 
 namespace tessera::generate {
@@ -55,6 +56,31 @@ TEST(Noise, is_continuous_and_bounded) {
     EXPECT_LE(std::abs(here), 1);
     EXPECT_NEAR(noise({p[0] + 1e-7, p[1], p[2]}), here, 1e-5);
   }
+}
+
+TEST(Forest, has_at_least_the_trees_asked_for_each_of_which_stands_at_many_places_on_the_ground) {
+  const TemporaryFolder folder;
+  write_forest(folder.path() / "new", 4000);
+  const scene::LoadedScene loaded = scene::load_scene(folder.path() / "new" / "forest.json");
+  ASSERT_EQ(loaded.files.size(), 3U);
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings.front();
+  EXPECT_EQ(loaded.scene.objects.size(), forest_kinds);
+  EXPECT_GE(loaded.scene.instances.size(), 4000U);
+  std::vector<int> of_kind(forest_kinds);
+  for (const scene::Instance& instance : loaded.scene.instances) {
+    ++of_kind[instance.object];
+    const auto& m = instance.to_world.m;
+    EXPECT_NEAR(m[7], ground_height(m[3], m[11]), 1e-3);
+  }
+  for (const int places : of_kind) EXPECT_GT(places, 20);
+}
+
+TEST(Forest, is_the_same_bytes_every_time) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a", "b"}) write_forest(folder.path() / name, 300);
+  for (const char* file : {"forest.json", "forest.gltf", "forest.bin"})
+    EXPECT_EQ(digest_of_file(folder.path() / "a" / file),
+              digest_of_file(folder.path() / "b" / file));
 }
 
 TEST(Asteroid, the_grid_is_the_smallest_that_has_enough) {
