@@ -26,9 +26,8 @@ struct TextureSource {
 /// What reading a shape may need beside its own keys.
 class Reading {
  public:
-  /// `time`: the moment that is read, in seconds.
-  Reading(const SceneFiles& files, bool meshes, double time)
-      : files_(files), meshes_(meshes), time_(time) {}
+  Reading(const SceneFiles& files, bool meshes, Moment moment)
+      : files_(files), meshes_(meshes), moment_(std::move(moment)) {}
 
   /// Where the file that `value` names is; notes that the scene uses it. Throws at `value` if there
   /// is none.
@@ -38,6 +37,7 @@ class Reading {
   Scene load_part(const Value& file, gltf::Options options);
   /// The name of a file of the scene, for errors.
   [[nodiscard]] std::string shown(const std::string& path) const { return files_.shown(path); }
+  [[nodiscard]] const Moment& moment() const { return moment_; }
   /// False if mesh files need only be there.
   [[nodiscard]] bool meshes() const { return meshes_; }
   [[nodiscard]] const std::vector<UsedFile>& used() const { return used_; }
@@ -58,12 +58,12 @@ class Reading {
   std::vector<Image> images;
   std::vector<Texture> textures;
   double duration = 0;  ///< this and the next as in LoadedScene
-  bool camera_made_up = false;
+  MadeUp made_up;
 
  private:
   const SceneFiles& files_;
   bool meshes_;
-  double time_;
+  Moment moment_;
   std::vector<UsedFile> used_;
   std::vector<std::pair<std::string, TextureSource>> named_textures_;
 };

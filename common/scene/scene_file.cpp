@@ -7,7 +7,6 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
-#include "common/scene/default_view.hpp"
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/parts.hpp"
@@ -36,7 +35,7 @@ Scene Reading::load_part(const Value& file, gltf::Options options) {
   (void)use_file(file);
   options.meshes = meshes_;
   options.whole = false;
-  options.time = time_;
+  options.moment = {.time = moment_.time, .made_up = std::nullopt};
   LoadedScene part = gltf::load(files_, checked_path(file.text()), options);
   duration = std::max(duration, part.duration);
   for (UsedFile& used : part.files)
@@ -170,17 +169,13 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
 
 /// What a picture of included files needs, and neither they nor the scene have.
 void fill_in(Reading& reading, Scene& out) {
-  if (out.cameras.empty()) {
-    out.cameras.push_back(view_of(
-        out, static_cast<double>(out.render.width) / static_cast<double>(out.render.height)));
-    out.cameras.back().name = "camera";
-    reading.camera_made_up = true;
+  const double aspect =
+      static_cast<double>(out.render.width) / static_cast<double>(out.render.height);
+  reading.made_up = make_up(out, aspect, reading.moment().made_up);
+  if (reading.made_up.camera)
     reading.warnings.emplace_back("the scene has no camera: this one shows all of it");
-  }
-  if (!has_light(out)) {
-    add_studio(out);
+  if (reading.made_up.light)
     reading.warnings.emplace_back("the scene has no light: it is given that of a studio");
-  }
 }
 
 Scene read_scene(const Value& value, Reading& reading) {
@@ -216,7 +211,9 @@ Scene read_scene(const Value& value, Reading& reading) {
   root.finish();
   out.materials = std::move(reading.materials);
   if (include) fill_in(reading, out);
-  if (surroundings.studio) add_studio(out);
+  if (surroundings.studio)
+    add_studio(out,
+               reading.moment().made_up ? reading.moment().made_up->view : out.cameras.front());
   return out;
 }
 
@@ -227,19 +224,21 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
   return read_scene(root, reading);
 }
 
-LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes, double time) {
+LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes,
+                 const Moment& moment) {
   const std::string checked = checked_path(path);
-  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.meshes = meshes, .time = time});
+  if (gltf::is_gltf(checked))
+    return gltf::load(files, checked, {.meshes = meshes, .moment = moment});
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
-  Reading reading(files, meshes, time);
+  Reading reading(files, meshes, moment);
   LoadedScene out;
   out.scene = parse(read_file(file, name, limits::scene_json_bytes), name, reading);
   out.files.push_back({checked, file});
   for (const UsedFile& used : reading.used())
     if (used.path != checked) out.files.push_back(used);
   out.duration = reading.duration;
-  out.camera_made_up = reading.camera_made_up;
+  out.made_up = reading.made_up;
   out.warnings = std::move(reading.warnings);
   out.variants = std::move(reading.variants);
   out.animations = std::move(reading.animations);
@@ -248,12 +247,8 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes, 
 
 }  // namespace
 
-LoadedScene load_scene(const SceneFiles& files, const std::string& path, double time) {
-  LoadedScene out = load(files, path, true, time);
-  // What moves would drag a camera along that follows its bounds: it stays where it begins.
-  if (out.camera_made_up && time != 0 && out.duration > 0)
-    out.scene.cameras = load(files, path, true, 0).scene.cameras;
-  return out;
+LoadedScene load_scene(const SceneFiles& files, const std::string& path, const Moment& moment) {
+  return load(files, path, true, moment);
 }
 
 LoadedScene load_scene(const fs::path& file) {
@@ -261,11 +256,11 @@ LoadedScene load_scene(const fs::path& file) {
 }
 
 std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path) {
-  return load(files, path, false, 0).files;
+  return load(files, path, false, Moment{}).files;
 }
 
 Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files) {
-  Reading reading(files, true, 0);
+  Reading reading(files, true, Moment{});
   return parse(std::string(text), name, reading);
 }
 

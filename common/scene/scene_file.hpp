@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/scene/description.hpp"
+#include "common/scene/made_up.hpp"
 
 /// Reading scenes. scenes/README.md is the format's reference.
 namespace tessera::scene {
@@ -57,13 +58,19 @@ struct UsedFile {
   std::filesystem::path file;  ///< on this machine
 };
 
+/// When a scene is looked at.
+struct Moment {
+  double time = 0;                ///< seconds
+  std::optional<MadeUp> made_up;  ///< LoadedScene's, of the time 0; else this is where it begins
+};
+
 struct LoadedScene {
   Scene scene;
   std::vector<UsedFile>
       files;  ///< the scene file first, then what it names, each once, in the order of first use
   /// When what moves comes to rest, in seconds; 0: nothing moves.
   double duration = 0;
-  bool camera_made_up = false;  ///< the scene has none; this one shows all of it
+  MadeUp made_up;
   /// What the scene asks for and is not supported, and what was made up for it; whole sentences.
   std::vector<std::string> warnings;
   /// What glTF files offer: variants of their materials, animations.
@@ -71,9 +78,9 @@ struct LoadedScene {
 };
 
 /// Reads the scene file `path` and all that it uses: glTF where its name ends in .gltf or .glb,
-/// else our JSON. What moves stands where it is at `time`, in seconds. Throws Error with file,
-/// line, column and key.
-LoadedScene load_scene(const SceneFiles& files, const std::string& path, double time = 0);
+/// else our JSON. What moves stands where it is at `moment`. Throws Error with file, line, column
+/// and key.
+LoadedScene load_scene(const SceneFiles& files, const std::string& path, const Moment& moment = {});
 
 /// The scene file at `file`, in a plain folder: its folder is the scene's.
 LoadedScene load_scene(const std::filesystem::path& file);

@@ -92,8 +92,7 @@ std::vector<std::byte> studio_picture() {
 
 }  // namespace
 
-void add_studio(Scene& scene) {
-  const Camera& camera = scene.cameras.front();
+void add_studio(Scene& scene, const Camera& camera) {
   const double x = camera.eye[0] - camera.target[0], z = camera.eye[2] - camera.target[2];
   if (!scene.environment) scene.environment = Environment{};
   scene.environment->radiance = {1, 1, 1};

@@ -5,12 +5,14 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
 #include "common/scene/scene_file.hpp"
 #include "worker/agent/moments.hpp"
+#include "worker/agent/ticker.hpp"
 #include "worker/render/render_task.hpp"
 #include "worker/scene/build.hpp"
 
@@ -21,10 +23,12 @@ using Built = std::shared_ptr<const render::Scene>;
 
 /// What a moving scene's other moments are built from.
 struct Moving {
-  Moving(const assets::Bundle& bundle, const SceneFiles& where)
-      : path(bundle.scene), files(where) {}
+  Moving(const assets::Bundle& bundle, const SceneFiles& where, const scene::LoadedScene& first)
+      : path(bundle.scene), files(where), duration(first.duration), made_up(first.made_up) {}
   std::string path;
   scene::BundleFiles files;
+  double duration;  ///< seconds, after which all stands still
+  scene::MadeUp made_up;
   Moments<render::Scene> moments{2};
 };
 
@@ -56,7 +60,7 @@ class PathRenderer : public TaskRenderer {
                                                std::stop_token stop) override {
     scene::LoadedScene loaded = scene::load_scene(scene::BundleFiles(files), bundle.scene);
     auto out = std::make_shared<PathScene>();
-    if (loaded.duration > 0) out->moving = std::make_unique<Moving>(bundle, files);
+    if (loaded.duration > 0) out->moving = std::make_unique<Moving>(bundle, files, loaded);
     out->first = build(std::move(loaded), progress, stop);
     return out->first ? out : nullptr;
   }
@@ -68,14 +72,11 @@ class PathRenderer : public TaskRenderer {
   std::optional<RenderedTile> render(const PreparedScene& scene, const JobSpec& spec,
                                      const RenderRequest& request, const Fraction& progress,
                                      std::stop_token stop) override {
-    double before = 0;  // the part of the task that it took to build the scene
-    const Built built = moment(
-        path_scene(scene), time_of(spec, request.frame),
-        [&](double fraction) {
-          before = 0.5;
-          progress(before * fraction);
-        },
-        stop);
+    const PathScene& whole = path_scene(scene);
+    const double time = moment_of(whole, time_of(spec, request.frame));
+    // The part of the task that it takes to build the scene.
+    const double before = is_there(whole, time) ? 0 : 0.5;
+    const Built built = moment(whole, time, progress, before, stop);
     if (!built) return std::nullopt;
     std::optional<render::RenderedTask> done = render::render_task(
         *built, request_of(spec, request), arena_,
@@ -109,13 +110,29 @@ class PathRenderer : public TaskRenderer {
     }
   }
 
-  Built moment(const PathScene& scene, double time, const Fraction& progress,
+  /// The time that the scene is looked at: it stands still before its first moment and after its
+  /// last.
+  static double moment_of(const PathScene& scene, double time) {
+    return scene.moving ? std::clamp(time, 0.0, scene.moving->duration) : 0;
+  }
+  static bool is_there(const PathScene& scene, double time) {
+    return time == 0 || scene.moving->moments.has(time);
+  }
+  /// Empty if `stop` was asked for. Reports fractions up to `most` of what is not there.
+  Built moment(const PathScene& scene, double time, const Fraction& progress, double most,
                const std::stop_token& stop) {
-    if (!scene.moving || time <= 0) return scene.first;
-    return scene.moving->moments.at(time, [&] {
-      return build(scene::load_scene(scene.moving->files, scene.moving->path, time), progress,
-                   stop);
-    });
+    if (time == 0) return scene.first;
+    Moving& moving = *scene.moving;
+    if (most == 0) return moving.moments.at(time, [&] { return load(moving, time, stop); });
+    const Ticker ticker(progress, most);
+    return moving.moments.at(time, [&] { return load(moving, time, stop); });
+  }
+  Built load(const Moving& moving, double time, const std::stop_token& stop) {
+    // Those that waited for a build that was given up are mostly to be given up too.
+    if (stop.stop_requested()) return nullptr;
+    return build(
+        scene::load_scene(moving.files, moving.path, {.time = time, .made_up = moving.made_up}),
+        [](double) {}, stop);
   }
 
   static render::TaskRequest request_of(const JobSpec& spec, const RenderRequest& request) {

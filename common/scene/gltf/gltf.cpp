@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "common/base/names.hpp"
-#include "common/scene/default_view.hpp"
 #include "common/scene/gltf/accessor.hpp"
 #include "common/scene/gltf/animation.hpp"
 #include "common/scene/gltf/cameras.hpp"
@@ -19,7 +18,6 @@
 #include "common/scene/gltf/mesh.hpp"
 #include "common/scene/gltf/nodes.hpp"
 #include "common/scene/gltf/pose.hpp"
-#include "common/scene/studio.hpp"
 
 namespace tessera::scene::gltf {
 
@@ -54,7 +52,7 @@ class Assembler {
   LoadedScene assemble() {
     find_variant();
     out_.duration = last_key(asset_, accessors_);
-    animate(asset_, accessors_, options_.time);
+    animate(asset_, accessors_, options_.moment.time);
     const std::vector<PlacedNode> nodes = placed_nodes(asset_);
     scene_.cameras = read_cameras(asset_, nodes);
     scene_.lights = read_lights(asset_, nodes, options_.units);
@@ -200,16 +198,10 @@ class Assembler {
 
   /// What a picture needs, and the file does not have.
   void fill_in(double aspect) {
-    if (scene_.cameras.empty()) {
-      scene_.cameras.push_back(view_of(scene_, aspect));
-      scene_.cameras.back().name = "camera";
-      out_.camera_made_up = true;
-      if (options_.meshes) asset_.warn("the file has no camera: this one shows all of it");
-    }
-    if (!has_light(scene_)) {
-      add_studio(scene_);
-      if (options_.meshes) asset_.warn("the file has no light: it is given that of a studio");
-    }
+    out_.made_up = make_up(scene_, aspect, options_.moment.made_up);
+    if (!options_.meshes) return;
+    if (out_.made_up.camera) asset_.warn("the file has no camera: this one shows all of it");
+    if (out_.made_up.light) asset_.warn("the file has no light: it is given that of a studio");
   }
 
   Asset& asset_;

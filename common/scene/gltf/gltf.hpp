@@ -28,7 +28,7 @@ struct Options {
   bool whole = true;   ///< a camera and light are made up where the file has none, with a warning
   std::optional<std::string> variant = {};  ///< of KHR_materials_variants; else the default
   Units units = Units::physical;
-  double time = 0;  ///< the moment that animations show, in seconds
+  Moment moment = {};
 };
 
 /// Reads the file `path`, checked_path's spelling, and all that it names. Throws Error with the

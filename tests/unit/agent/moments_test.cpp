@@ -29,6 +29,22 @@ TEST(Moments, builds_each_moment_once_however_many_ask_at_the_same_time) {
   EXPECT_EQ(builds, 2);
 }
 
+TEST(Moments, does_not_let_go_of_one_that_is_being_built) {
+  Moments<double> moments(1);
+  int builds = 0;
+  const auto other = [] { return std::make_shared<const double>(2); };
+  const Built built = moments.at(1, [&]() -> Built {
+    ++builds;
+    (void)moments.at(2, other);  // another thread's, meanwhile
+    (void)moments.at(3, other);
+    return std::make_shared<const double>(1);
+  });
+  EXPECT_EQ(moments.at(1, [&] { return ++builds, built; }), built);
+  EXPECT_EQ(builds, 1);
+  EXPECT_TRUE(moments.has(1));
+  EXPECT_FALSE(moments.has(2));
+}
+
 TEST(Moments, keeps_those_asked_for_last) {
   Moments<double> moments(2);
   std::vector<double> built;

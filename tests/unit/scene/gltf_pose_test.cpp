@@ -82,16 +82,31 @@ TEST(GltfAnimation, a_scene_is_read_as_it_is_at_a_moment_and_knows_how_long_it_m
   folder.write("model.glb", one.file.glb());
   folder.write("s.json", R"({"tessera": 1, "include": ["model.glb"]})");
   const FolderFiles files(folder.path());
-  const LoadedScene begin = load_scene(files, "model.glb");
-  EXPECT_EQ(begin.duration, 2);
   for (const char* name : {"model.glb", "s.json"}) {
-    const LoadedScene later = load_scene(files, name, 1.5);
+    const LoadedScene begin = load_scene(files, name);
+    EXPECT_EQ(begin.duration, 2) << name;
+    EXPECT_TRUE(begin.made_up.camera && begin.made_up.light) << name;
+    const LoadedScene later = load_scene(files, name, {.time = 1.5, .made_up = begin.made_up});
     EXPECT_EQ(later.duration, 2) << name;
     EXPECT_EQ(later.scene.shapes.at(0).to_world.m[3], 6) << name;
-    // The camera that shows all of it does not run after what moves.
-    EXPECT_EQ(later.scene.cameras.at(0).target, load_scene(files, name).scene.cameras.at(0).target);
+    // What was made up does not run after what moves.
+    EXPECT_EQ(later.scene.cameras.at(0).target, begin.scene.cameras.at(0).target) << name;
+    EXPECT_EQ(later.scene.environment->rotation_degrees, begin.scene.environment->rotation_degrees);
   }
   EXPECT_EQ(GltfFile().with_triangle().load().duration, 0);
+}
+
+TEST(GltfAnimation, a_lamp_that_is_scaled_away_for_a_moment_leaves_the_dark) {
+  Animated one("scale", {0, 1}, {1, 1, 1, 0, 0, 0}, "VEC3", "STEP");
+  one.file.json["materials"] = nlohmann::json::array({{{"emissiveFactor", {1, 1, 1}}}});
+  one.file.json["meshes"][0]["primitives"][0]["material"] = 0;
+  const TemporaryFolder folder;
+  folder.write("model.glb", one.file.glb());
+  const FolderFiles files(folder.path());
+  const LoadedScene begin = load_scene(files, "model.glb");
+  EXPECT_FALSE(begin.scene.environment);
+  EXPECT_FALSE(
+      load_scene(files, "model.glb", {.time = 1, .made_up = begin.made_up}).scene.environment);
 }
 
 TEST(GltfAnimation, what_does_not_fit_together_is_refused) {
