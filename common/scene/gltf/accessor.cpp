@@ -95,7 +95,9 @@ void Accessors::check(int accessor, std::size_t wanted, const std::string& place
   if (matrix && from.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
     asset_.fail(
         place, fmt::format("expected matrices of floats; {} has others", accessor_place(accessor)));
-  if (unpacked_.contains(accessor)) return;
+  if (unpacked_.contains(accessor)) {
+    return spend(std::uint64_t{count(accessor)} * wanted * sizeof(float), accessor_place(accessor));
+  }
   const std::size_t most = from.bufferView < 0 ? limits::gltf_zeros : limits::mesh_vertices;
   if (from.count > most)
     throw Error(ErrorKind::too_large, fmt::format("{} elements; {} is the most", from.count, most),

@@ -25,6 +25,14 @@ class Accessors {
   /// file has made too many, before they are: the same few bytes, or none, may be named any number
   /// of times.
   void spend(std::uint64_t bytes, const std::string& place);
+  /// Bytes that may still be made, and those that are kept here for all readings to come.
+  [[nodiscard]] std::uint64_t budget() const { return budget_ + decompressed_bytes_; }
+  /// All that was spent since the budget was `before` has been let go of, but for `bytes` and what
+  /// is kept here.
+  void keep_only(std::uint64_t before, std::uint64_t bytes, const std::string& place) {
+    budget_ = before - decompressed_bytes_;
+    spend(bytes, place);
+  }
 
   /// From here on the accessors of `primitive` have what KHR_draco_mesh_compression says, if it
   /// does; those of the primitive before it no longer do. True if so: then indices are of a list of
@@ -108,6 +116,7 @@ class Accessors {
   std::map<int, Unpacked> unpacked_;  ///< by accessor
   std::map<int, File> open_;
   std::map<int, std::vector<std::byte>> decompressed_;
+  std::uint64_t decompressed_bytes_ = 0;
 };
 
 }  // namespace tessera::scene::gltf

@@ -180,11 +180,16 @@ std::optional<Uri> uri_of(Fields& in) {
 std::vector<std::size_t> give_views(std::string& text, const Value& accessors) {
   std::vector<std::size_t> out;
   const std::vector<Value> items = accessors.items();
-  for (std::size_t i = items.size(); i-- > 0;)
+  std::string with;
+  std::size_t done = 0;
+  for (std::size_t i = 0; i < items.size(); ++i)
     if (!member_of(items[i], "bufferView")) {
-      text.insert(items[i].node().offset + 1, "\"bufferView\":0,");
+      const std::size_t inside = items[i].node().offset + 1;
+      with.append(text, done, inside - done).append("\"bufferView\":0,");
+      done = inside;
       out.push_back(i);
     }
+  text = with.append(text, done);
   return out;
 }
 

@@ -9,6 +9,7 @@
 
 #include <exception>
 #include <memory>
+#include <new>
 
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
@@ -88,6 +89,8 @@ void decode(std::span<const std::byte> packed, draco::Mesh& out) {
       status = Bounded<draco::MeshSequentialDecoder>().Decode(options, &buffer, &out);
   } catch (const Error&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& problem) {
     refuse(fmt::format("Draco's bytes cannot be unpacked: {}", problem.what()));
   }
@@ -159,6 +162,11 @@ std::vector<std::byte> values_of(const draco::Mesh& mesh, const DracoAttribute& 
 DracoMesh decode_draco(std::span<const std::byte> packed, std::span<const DracoAttribute> wanted) {
   draco::Mesh mesh;
   decode(packed, mesh);
+  std::uint64_t bytes = 0;
+  for (const DracoAttribute& one : wanted) bytes += one.components * sizeof(float);
+  if (bytes * mesh.num_points() > limits::gltf_unpacked)
+    throw Error(ErrorKind::too_large, fmt::format("{} points of {} bytes; {} bytes are the most",
+                                                  mesh.num_points(), bytes, limits::gltf_unpacked));
   DracoMesh out{.points = mesh.num_points(), .corners = corners_of(mesh), .attributes = {}};
   for (const DracoAttribute& one : wanted) out.attributes.push_back(values_of(mesh, one));
   return out;

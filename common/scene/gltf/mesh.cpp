@@ -187,6 +187,16 @@ class PrimitiveReader {
   Mesh mesh_;
 };
 
+template <class... Lists>
+std::uint64_t bytes_of(const Lists&... lists) {
+  return (std::uint64_t{0} + ... + (lists.size() * sizeof(typename Lists::value_type)));
+}
+
+std::uint64_t bytes_of(const Mesh& mesh) {
+  return bytes_of(mesh.positions, mesh.normals, mesh.uvs, mesh.uvs1, mesh.tangents, mesh.colors,
+                  mesh.triangles);
+}
+
 }  // namespace
 
 std::optional<PosedMesh> read_primitive(Asset& asset, Accessors& accessors,
@@ -200,7 +210,9 @@ std::optional<PosedMesh> read_primitive(Asset& asset, Accessors& accessors,
     asset.warn(place + " has no positions, and is passed over");
     return std::nullopt;
   }
+  const std::uint64_t before = accessors.budget();
   PosedMesh out = PrimitiveReader(asset, accessors, primitive, pose, place).read();
+  accessors.keep_only(before, bytes_of(out.mesh), place);
   if (!out.mesh.triangles.empty()) return out;
   asset.warn(place + " has no triangle with an area, and is passed over");
   return std::nullopt;

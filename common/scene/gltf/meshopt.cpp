@@ -80,6 +80,8 @@ const std::vector<std::byte>& Accessors::decompressed(int view, const tinygltf::
                                    packed.count, packed.stride, packed.bytes));
   std::vector<std::byte> from(packed.bytes);
   read_bytes(packed.buffer, packed.offset, from);
+  spend(packed.count * packed.stride, place);
+  decompressed_bytes_ += packed.count * packed.stride;
   std::vector<std::byte> out(packed.count * packed.stride);
   if (unpack(packed, reinterpret_cast<const unsigned char*>(from.data()), out.data()) != 0)
     asset_.fail(place, "its bytes cannot be unpacked: they are damaged, or of a later version");

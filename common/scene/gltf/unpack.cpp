@@ -1,10 +1,24 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 #include "common/scene/gltf/accessor.hpp"
 #include "common/scene/gltf/draco.hpp"
 #include "common/scene/gltf/limits.hpp"
 
 namespace tessera::scene::gltf {
+
+namespace {
+/// True for what meshes are made of; the others may have any type.
+bool is_read(std::string_view attribute) {
+  constexpr std::array<std::string_view, 6> read{"POSITION",   "NORMAL",     "TANGENT",
+                                                 "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"};
+  return std::find(read.begin(), read.end(), attribute) != read.end() ||
+         attribute.starts_with("JOINTS_") || attribute.starts_with("WEIGHTS_");
+}
+}  // namespace
 
 std::size_t Accessors::count(int accessor) const {
   const auto found = unpacked_.find(accessor);
@@ -22,6 +36,7 @@ bool Accessors::unpack_mesh(const tinygltf::Primitive& primitive, const std::str
   std::vector<DracoAttribute> wanted;
   std::vector<int> wanted_for;
   for (const auto& [key, accessor] : primitive.attributes) {
+    if (!is_read(key)) continue;
     const int id = integer_or(*member(*draco, "attributes"), key, -1);
     if (id < 0) continue;
     wanted.push_back({.id = static_cast<std::uint32_t>(id),
@@ -44,6 +59,9 @@ bool Accessors::unpack_mesh(const tinygltf::Primitive& primitive, const std::str
   } catch (const Error& error) {
     throw Error(error.kind(), error.message(), {.file = asset_.name, .key = here});
   }
+  std::uint64_t made = mesh.corners.size() * sizeof(std::uint32_t);
+  for (const auto& values : mesh.attributes) made += values.size();
+  spend(made, here);
   for (std::size_t i = 0; i < wanted.size(); ++i)
     unpacked_[wanted_for[i]] = {.component_type = wanted[i].component_type,
                                 .count = mesh.points,

@@ -200,5 +200,22 @@ TEST(GltfMesh, compressed_buffer_views_are_unpacked) {
               ElementsAre(testing::AnyOf(Triangle{2, 0, 1}, Triangle{0, 1, 2}, Triangle{1, 2, 0})));
 }
 
+TEST(GltfMesh, parts_that_share_vertices_may_read_them_again_and_again) {
+  GltfFile file;
+  constexpr std::size_t vertices = 40'000, parts = 1500;  // 720 MB read, 50 kB kept
+  std::vector<float> positions(3 * vertices);
+  for (std::size_t i = 0; i < vertices; ++i) positions[3 * i + i % 3] = 1;
+  const int shared = file.floats(positions, "VEC3");
+  const int corners = file.indices({0, 1, 2});
+  nlohmann::json primitives = nlohmann::json::array();
+  for (std::size_t i = 0; i < parts; ++i)
+    primitives.push_back({{"attributes", {{"POSITION", shared}}}, {"indices", corners}});
+  file.json["meshes"] = nlohmann::json::array({{{"primitives", primitives}}});
+  file.node({{"mesh", 0}});
+  const LoadedScene loaded = file.load();
+  ASSERT_EQ(loaded.scene.shapes.size(), parts);
+  EXPECT_EQ(mesh_of(loaded.scene.shapes.back()).positions.size(), 3U);
+}
+
 }  // namespace
 }  // namespace tessera::scene
