@@ -202,9 +202,9 @@ void write_forest(const std::filesystem::path& folder, std::size_t trees) {
     const auto seed = static_cast<int>(kind);
     const double warm = 0.5 + 0.5 * lattice(seed, 0, 7020), light = 0.85 + 0.3 * warm;
     const std::string name = fmt::format("{} {}", needles ? "conifer" : "broadleaf", kind + 1);
-    const int leaves = needles
-                           ? file.material(name.c_str(), {0.05 * light, 0.11 * light, 0.04}, 0.8)
-                           : file.material(name.c_str(), {0.06 + 0.16 * warm * warm, 0.15, 0.035}, 0.8);
+    const int leaves =
+        needles ? file.material(name.c_str(), {0.05 * light, 0.11 * light, 0.04}, 0.8)
+                : file.material(name.c_str(), {0.06 + 0.16 * warm * warm, 0.15, 0.035}, 0.8);
     const Tree tree = needles ? conifer(seed) : broadleaf(seed);
     const Places& its = places[kind];
     if (its.translations.empty()) continue;
