@@ -6,18 +6,12 @@
 #include "common/base/log.hpp"
 #include "server/coordinator/impl.hpp"
 #include "server/coordinator/job_content.hpp"
+#include "server/coordinator/retry.hpp"
 #include "server/film/film_tile_bytes.hpp"
 #include "server/store/damaged.hpp"
 
 /// Checkpoints: what has been folded of a frame leaves the journal for a film that is kept whole.
 namespace tessera::server {
-
-namespace {
-
-constexpr Duration retry_first = std::chrono::milliseconds(100);
-constexpr Duration retry_most = std::chrono::seconds(10);
-
-}  // namespace
 
 void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
   Job* job = find(id);
@@ -69,7 +63,7 @@ boost::asio::awaitable<void> CoordinatorImpl::make_checkpoint(JobId id, std::int
   while (!co_await try_to_put(made)) {
     if (wanted()) co_await crew_.pause(wait);
     if (!wanted()) co_return co_await discard_checkpoint(made);
-    wait = std::min(2 * wait, retry_most);
+    wait = longer(wait);
   }
   films_.checkpointed(made);
 }
@@ -86,12 +80,9 @@ boost::asio::awaitable<bool> CoordinatorImpl::try_to_put(Checkpoint made) {
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::discard_checkpoint(Checkpoint made) {
-  const std::function<char()> discard = [this, made] {
-    store_->discard_checkpoint(made);
-    return char{};
-  };
+  const std::function<void()> discard = [this, made] { store_->discard_checkpoint(made); };
   try {
-    co_await on_writer<char>(discard);
+    co_await on_writer(discard);
   } catch (const std::exception& error) {
     log::warn("a film that is needed no more is not removed: {}; the next start tries again",
               error.what());
@@ -99,11 +90,8 @@ boost::asio::awaitable<void> CoordinatorImpl::discard_checkpoint(Checkpoint made
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::put_checkpoint(Checkpoint made) {
-  const std::function<char()> put = [this, made] {
-    store_->put_checkpoint(made);
-    return char{};
-  };
-  co_await on_writer<char>(put);
+  const std::function<void()> put = [this, made] { store_->put_checkpoint(made); };
+  co_await on_writer(put);
   log::debug("job {} frame {}: a checkpoint of {} bytes", made.job, made.frame, made.bytes);
 }
 
@@ -127,7 +115,7 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_frame(JobId id, std::int32_
     film.let_go();  // others need the memory; it is read back
     for (Duration left = wait; !settled && left > Duration::zero() && wanted(); left -= retry_first)
       co_await crew_.pause(std::min(left, retry_first));
-    wait = std::min(2 * wait, retry_most);
+    wait = longer(wait);
   }
   film.let_go();
   if (!settled && *made) co_await discard_checkpoint(**made);
@@ -186,15 +174,7 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_settled(JobId id) {
     co_await files_changed_.wait();
   if (!job.unsettled.empty()) co_return;       // the next start goes on
   if (!job.ended || job.extending) co_return;  // what is left is part of what it goes on with
-  const std::function<char()> forget = [this, id] {
-    store_->forget_results(id);
-    return char{};
-  };
-  try {
-    co_await on_writer<char>(forget);
-  } catch (const std::exception& error) {
-    log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
-  }
+  co_await drop_results(id, &Store::forget_results);
 }
 
 }  // namespace tessera::server

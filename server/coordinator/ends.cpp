@@ -6,6 +6,7 @@
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
+#include "server/coordinator/retry.hpp"
 #include "server/film/film_tile_bytes.hpp"
 
 /// How frames and jobs end: files are written, the end is made durable, and what is not needed any
@@ -17,17 +18,6 @@ namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
-constexpr Duration retry_first = std::chrono::milliseconds(100);
-constexpr Duration retry_most = std::chrono::seconds(10);
-
-std::string message_of(const std::exception_ptr& error) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const std::exception& known) {
-    return known.what();
-  }
-}
-
 }  // namespace
 
 boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_t frame) {
@@ -37,7 +27,7 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
   Duration wait = retry_first;
   while (!co_await write_frame(id, frame)) {
     co_await crew_.pause(wait);
-    wait = std::min(2 * wait, retry_most);
+    wait = longer(wait);
     const Job* job = find(id);
     if (crew_.stopping() || !job || job->ended || job->broken) co_return;
   }
@@ -186,7 +176,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobId id) {
     if (!error) co_return true;
     log::error("job {}: its state could not be kept: {}", id, message_of(error));
     co_await crew_.pause(wait);
-    wait = std::min(2 * wait, retry_most);
+    wait = longer(wait);
   }
   co_return false;
 }

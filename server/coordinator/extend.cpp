@@ -7,6 +7,7 @@
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
 #include "server/coordinator/job_content.hpp"
+#include "server/coordinator/retry.hpp"
 #include "server/store/damaged.hpp"
 
 /// More samples for a job that is under way or done.
@@ -16,8 +17,6 @@ namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
-constexpr Duration retry_first = std::chrono::milliseconds(100);
-constexpr Duration retry_most = std::chrono::seconds(10);
 constexpr Duration look = std::chrono::milliseconds(10);
 
 /// The record as it is to go on with more samples.
@@ -186,7 +185,7 @@ boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int6
 
 boost::asio::awaitable<JobContent> CoordinatorImpl::read_surely(JobId id) {
   const std::function<JobContent()> read = [this, id] { return read_job(*store_, id); };
-  for (Duration wait = retry_first;; wait = std::min(2 * wait, retry_most)) {
+  for (Duration wait = retry_first;; wait = longer(wait)) {
     try {
       co_return co_await on<JobContent>(checkpoints_, read);
     } catch (const std::exception& error) {

@@ -62,12 +62,11 @@ void CoordinatorImpl::note_failure(const AttemptFailed& failed, const std::strin
 boost::asio::awaitable<void> CoordinatorImpl::keep_failures() {
   while (!new_failures_.empty()) {
     const auto kept = std::exchange(new_failures_, {});
-    const std::function<char()> keep = [this, &kept] {
+    const std::function<void()> keep = [this, &kept] {
       for (const auto& [job, failures] : kept) store_->add_failures(job, failures);
-      return char{};
     };
     try {
-      co_await on_writer<char>(keep);
+      co_await on_writer(keep);
     } catch (const std::exception& error) {
       log::warn("failed attempts of {} jobs could not be kept: {}", kept.size(), error.what());
     }

@@ -48,7 +48,7 @@ void take_back(const fs::path& data, JobId id) {
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_job(JobId id, std::string why) {
   known(id).removing = true;
-  const std::function<char()> forget = [this, id] {
+  const std::function<void()> forget = [this, id] {
     try {
       set_aside(settings_.data, id, settings_.durable);
       store_->forget_job(id);
@@ -56,11 +56,10 @@ boost::asio::awaitable<void> CoordinatorImpl::forget_job(JobId id, std::string w
       take_back(settings_.data, id);
       throw;
     }
-    return char{};
   };
   std::exception_ptr error;
   try {
-    co_await on_writer<char>(forget);
+    co_await on_writer(forget);
   } catch (const std::exception&) {
     error = std::current_exception();
   }

@@ -258,8 +258,10 @@ class CoordinatorImpl : public Coordinator {
   /// `kept`: its pictures are written. Decides what becomes of the rest.
   boost::asio::awaitable<void> settle_what_is_owed(JobId id, bool kept);
   /// The results of a job that failed or was cancelled leave the journal, and its checkpoints are
-  /// deleted. What fails, the next start does again.
+  /// deleted.
   boost::asio::awaitable<void> forget_results(JobId id);
+  /// Store::forget_results or Store::end_job. What fails, the next start does again.
+  boost::asio::awaitable<void> drop_results(JobId id, void (Store::*drop)(JobId));
 
   /// Runs `work` on the writer's thread, and resumes with what it returns.
   template <class Result>
@@ -268,6 +270,13 @@ class CoordinatorImpl : public Coordinator {
       results_.writer().run(std::move(todo));
     };
     return offload<Result>(std::move(post), std::move(work));
+  }
+  boost::asio::awaitable<void> on_writer(std::function<void()> work) {
+    const std::function<char()> whole = [work = std::move(work)] {
+      work();
+      return char{};
+    };
+    co_await on_writer<char>(whole);
   }
 
   boost::asio::any_io_executor io_;

@@ -14,7 +14,7 @@ namespace {
 
 Instant now() { return std::chrono::steady_clock::now(); }
 
-constexpr Duration retry_most = std::chrono::minutes(5);
+constexpr Duration owed_retry_most = std::chrono::minutes(5);
 
 }  // namespace
 
@@ -53,7 +53,7 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_what_is_owed(JobId id, bool
   if (crew_.stopping() && !kept) co_return;  // the next start goes on
   Job& job = known(id);
   if (!kept && job.record.state == "failed") {
-    job.owed->wait = std::min(std::max(2 * job.owed->wait, settings_.upkeep), retry_most);
+    job.owed->wait = std::min(std::max(2 * job.owed->wait, settings_.upkeep), owed_retry_most);
     job.owed->next = now() + job.owed->wait;
     log::warn("job {}: not all its pictures are written; its results stay till then", id);
     co_return;
@@ -65,15 +65,18 @@ boost::asio::awaitable<void> CoordinatorImpl::settle_what_is_owed(JobId id, bool
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::forget_results(JobId id) {
-  const std::function<char()> forget = [this, id] {
-    store_->end_job(id);
-    return char{};
-  };
+  return drop_results(id, &Store::end_job);
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::drop_results(JobId id, void (Store::*drop)(JobId)) {
+  const std::function<void()> work = [this, id, drop] { ((*store_).*drop)(id); };
   try {
-    co_await on_writer<char>(forget);
+    co_await on_writer(work);
   } catch (const std::exception& error) {
-    // The next start tries again.
-    log::warn("job {}: its results could not be removed from the journal: {}", id, error.what());
+    log::warn(
+        "job {}: its results could not be removed from the journal: {}; the next start tries "
+        "again",
+        id, error.what());
   }
 }
 

@@ -258,12 +258,11 @@ boost::asio::awaitable<void> CoordinatorImpl::change(JobId id, JobChange change)
 }
 
 boost::asio::awaitable<std::exception_ptr> CoordinatorImpl::save_or_error(JobId id) {
-  const std::function<char()> update = [this, record = known(id).to_keep()] {
+  const std::function<void()> update = [this, record = known(id).to_keep()] {
     store_->update_job(record);
-    return char{};
   };
   try {
-    co_await on_writer<char>(update);
+    co_await on_writer(update);
   } catch (const std::exception&) {
     co_return std::current_exception();
   }

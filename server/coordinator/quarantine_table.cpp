@@ -6,23 +6,9 @@
 
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
+#include "server/coordinator/retry.hpp"
 
 namespace tessera::server {
-
-namespace {
-
-constexpr Duration retry_first = std::chrono::milliseconds(100);
-constexpr Duration retry_most = std::chrono::seconds(10);
-
-std::string message_of(const std::exception_ptr& error) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const std::exception& known) {
-    return known.what();
-  }
-}
-
-}  // namespace
 
 QuarantineTable::QuarantineTable(Crew& crew, Signal& changed, Hooks hooks)
     : crew_(crew), changed_(changed), hooks_(std::move(hooks)) {}
@@ -96,7 +82,7 @@ void QuarantineTable::keep(const std::string& name) {
 }
 
 boost::asio::awaitable<void> QuarantineTable::keep_at_last(std::string name) {
-  for (Duration wait = retry_first;; wait = std::min(2 * wait, retry_most)) {
+  for (Duration wait = retry_first;; wait = longer(wait)) {
     while (saving_.contains(name) && !crew_.stopping()) co_await changed_.wait();
     if (crew_.stopping()) co_return;
     std::optional<Quarantine> now;

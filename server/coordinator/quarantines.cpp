@@ -27,15 +27,14 @@ QuarantineTable::Hooks CoordinatorImpl::quarantine_hooks() {
 
 boost::asio::awaitable<void> CoordinatorImpl::save_quarantine(std::string name,
                                                               std::optional<Quarantine> kept) {
-  const std::function<char()> save = [this, name, kept] {
+  const std::function<void()> save = [this, name, kept] {
     if (kept) {
       store_->put_quarantine(*kept);
     } else {
       store_->remove_quarantine(name);
     }
-    return char{};
   };
-  co_await on_writer<char>(save);
+  co_await on_writer(save);
 }
 
 boost::asio::awaitable<void> CoordinatorImpl::quarantine(std::string name, std::string reason) {
