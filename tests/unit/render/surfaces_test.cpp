@@ -52,13 +52,18 @@ const Lobe* find(const Closure& closure, LobeKind kind) {
   return nullptr;
 }
 
-TEST(Surfaces, TheGreatestPrincipledSurfaceFitsAMixOfTwo) {
+scene::Principled all_lobes() {
   scene::Principled all;
   all.clearcoat.factor = 0.5;
   all.clearcoat_roughness.factor = 0.2;
   all.anisotropy.factor = 0.5;
   all.metallic.factor = 0.5;
   all.transmission.factor = 0.5;
+  return all;
+}
+
+TEST(Surfaces, TheGreatestPrincipledSurfaceFitsAMixOfTwo) {
+  scene::Principled all = all_lobes();
   for (const bool thin : {true, false}) {
     all.thin_walled = thin;
     const Closure one = closure_at(of(all), from_angles(0.7F, 1));
@@ -75,14 +80,12 @@ TEST(Surfaces, TheGreatestPrincipledSurfaceFitsAMixOfTwo) {
 }
 
 TEST(Surfaces, PrincipledSamplesFollowTheirDensity) {
-  scene::Principled all;
+  scene::Principled all = all_lobes();
   all.roughness.factor = 0.6;
-  all.clearcoat.factor = 0.5;
   all.clearcoat_roughness.factor = 0.7;
   all.anisotropy.factor = 0.7;
   all.anisotropy_rotation = 0.4;
   all.metallic.factor = 0.3;
-  all.transmission.factor = 0.5;
   for (const bool thin : {true, false}) {
     all.thin_walled = thin;
     for (const float cosine : {0.8F, -0.4F}) {

@@ -178,12 +178,7 @@ TEST_F(Ends, CancelledJobsPictureIsTriedOnceThenItsResultsGo) {
     co_await deliver(worker, rest);
     co_await farm.coordinator->cancel(id);
     co_await until_results_are_gone();
-    ErrorKind kind = ErrorKind::failed;
-    try {
-      co_await farm.coordinator->png(id, 1, 0);
-    } catch (const Error& error) {
-      kind = error.kind();
-    }
+    const auto kind = co_await refusal_of(farm.coordinator->png(id, 1, 0));
     EXPECT_EQ(kind, ErrorKind::not_found) << "it has no picture, not a black one";
     worker.vanish();
   };

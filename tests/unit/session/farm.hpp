@@ -37,6 +37,18 @@ inline awaitable<void> sleep_for(Duration time) {
   co_await timer.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
 }
 
+/// What kind of Error `coroutine` throws; nothing if it throws none.
+template <class Result>
+awaitable<std::optional<ErrorKind>> refusal_of(awaitable<Result> coroutine) {
+  std::optional<ErrorKind> kind;
+  try {
+    co_await std::move(coroutine);
+  } catch (const Error& error) {
+    kind = error.kind();
+  }
+  co_return kind;
+}
+
 class Farm {
  public:
   Farm() {
@@ -81,6 +93,7 @@ class Farm {
     coordinator.reset();
     io.reset();
   }
+  [[nodiscard]] bool done(JobId job) const { return coordinator->job(job)->view.state == "done"; }
   /// Starts a coroutine beside the scenario; true in what is given back once it has ended.
   std::shared_ptr<bool> go(awaitable<void> coroutine) {
     auto ended = std::make_shared<bool>(false);

@@ -17,9 +17,6 @@ class Keeping : public testing::Test {
   Farm farm;
   JobId id = 0;
 
-  [[nodiscard]] bool done(JobId job) const {
-    return farm.coordinator->job(job)->view.state == "done";
-  }
   void restart() {
     farm.io.reset();
     farm.start();
@@ -58,7 +55,7 @@ TEST_F(Keeping, JournalOfALongJobIsCompactedWhileItRunsAndAKillLosesNothing) {
     EXPECT_GT(farm.coordinator->job(id)->progress, 0.5);
     ScriptedWorker worker("w");
     co_await worker.connect(farm);
-    co_await worker.work([&] { return done(id); });
+    co_await worker.work([&] { return farm.done(id); });
     EXPECT_EQ(worker.accepted, 6U * 8);
     EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
     EXPECT_EQ(farm.coordinator->job(id)->shares.at(0).samples, 48 * 32 * 6000);
@@ -79,7 +76,7 @@ TEST_F(Keeping, FilmsBeyondTheirMemoryAreReadBackAndEndWithTheSameBits) {
     co_await worker.connect(farm);
     co_await worker.work([&] {
       most = std::max(most, farm.coordinator->storage().films);
-      return std::all_of(ids.begin(), ids.end(), [&](JobId job) { return done(job); });
+      return std::all_of(ids.begin(), ids.end(), [&](JobId job) { return farm.done(job); });
     });
     for (const JobId job : ids)
       EXPECT_EQ(difference_from_straight_fold(farm, spec, job), std::nullopt);
@@ -119,7 +116,7 @@ TEST_F(Keeping, JobsAreForgottenAfterTheirTimeWithAllThatIsTheirs) {
   const auto scenario = [&]() -> awaitable<void> {
     co_await worker.connect(farm);
     id = co_await farm.coordinator->submit(farm.spec(20, 20, 16, 4));
-    co_await worker.work([&] { return !farm.coordinator->job(id) || done(id); });
+    co_await worker.work([&] { return !farm.coordinator->job(id) || farm.done(id); });
     co_await worker.work([&] { return !farm.coordinator->job(id).has_value(); });
     while (std::filesystem::exists(farm.data / "jobs" / std::to_string(id)) ||
            farm.coordinator->storage().blobs > 0 || farm.coordinator->storage().checkpoints > 0)
@@ -214,7 +211,7 @@ TEST_F(Keeping, BeyondTheDiskLimitNothingNewIsTakenAndWhatIsHereGoesOn) {
     }
     EXPECT_TRUE(refused);
     co_await worker.connect(farm);
-    co_await worker.work([&] { return done(id); });
+    co_await worker.work([&] { return farm.done(id); });
     EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
   };
   farm.run(scenario());

@@ -14,9 +14,6 @@ class Operator : public testing::Test {
   Farm farm;
   JobId id = 0;
 
-  [[nodiscard]] bool done(JobId job) const {
-    return farm.coordinator->job(job)->view.state == "done";
-  }
   [[nodiscard]] Database database() const {
     return {farm.data / "tessera.db", Database::Mode::read_write};
   }
@@ -62,7 +59,7 @@ TEST_F(Operator, QuarantineOutlivesCoordinatorAndWorkerUntilItIsReleased) {
     co_await worker.work([&, looks = 0]() mutable { return ++looks > 5; });
     EXPECT_EQ(orders, 0U);
     co_await farm.coordinator->release("machine");
-    co_await worker.work([&] { return done(id); });
+    co_await worker.work([&] { return farm.done(id); });
     EXPECT_EQ(difference_from_straight_fold(farm, farm.spec(), id), std::nullopt);
     worker.vanish();
   };
@@ -112,7 +109,7 @@ TEST_F(Operator, QuarantineThatTheDiskRefusesIsNone) {
     EXPECT_TRUE(farm.coordinator->quarantines().empty());
     co_await worker.connect(farm);
     id = co_await farm.coordinator->submit(farm.spec());
-    co_await worker.work([&] { return done(id); });
+    co_await worker.work([&] { return farm.done(id); });
     database().execute("DROP TRIGGER refuses");
     co_await farm.coordinator->quarantine("w", "");
     database().execute(
@@ -136,7 +133,7 @@ TEST_F(Operator, JobThatHasEndedIsRemovedWithAllThatIsItsAndListenersAreTold) {
     EXPECT_EQ(early, ErrorKind::conflict);
     EXPECT_THAT(said, HasSubstr("cancel it first"));
     co_await worker.connect(farm);
-    co_await worker.work([&] { return done(id) && done(other); });
+    co_await worker.work([&] { return farm.done(id) && farm.done(other); });
     const auto events = farm.coordinator->subscribe(id);
     co_await farm.coordinator->purge(id);
     EXPECT_FALSE(farm.coordinator->job(id));

@@ -119,12 +119,7 @@ TEST_F(Records, WhileTheDiskRefusesResultsAnExtensionIsRefusedAtOnceAndLaterTake
   const auto scenario = [&]() -> awaitable<void> {
     co_await worker.connect(farm);
     co_await worker.work([&] { return !farm.coordinator->trouble().empty(); });
-    ErrorKind kind = ErrorKind::failed;
-    try {
-      co_await farm.coordinator->extend(id, 100);
-    } catch (const Error& error) {
-      kind = error.kind();
-    }
+    const auto kind = co_await refusal_of(farm.coordinator->extend(id, 100));
     EXPECT_EQ(kind, ErrorKind::unreachable);
     allow();
     co_await worker.work([&] { return farm.coordinator->trouble().empty(); });

@@ -154,12 +154,7 @@ TEST_F(Settling, JobUnderWayGoesOnIfItsExtensionCannotBegin) {
     co_await worker.connect(farm);
     co_await worker.work(
         [&] { return farm.coordinator->job(id)->frames_done == 1 && !held.empty(); });
-    ErrorKind kind = ErrorKind::failed;
-    try {
-      co_await farm.coordinator->extend(id, 100);
-    } catch (const Error& error) {
-      kind = error.kind();
-    }
+    const auto kind = co_await refusal_of(farm.coordinator->extend(id, 100));
     EXPECT_EQ(kind, ErrorKind::unreachable);
     refused = true;
     for (const wire::Assign& order : held) worker.deliver(order);

@@ -12,14 +12,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string contents(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-void overwrite(const std::filesystem::path& file, const std::string& bytes) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
-}
-
 TEST_F(StoreTest, ATailThatWasNeverIndexedChangesNothingWhereverItIsCut) {
   JobId job = 0;
   std::string record;

@@ -37,6 +37,14 @@ class StoreTest : public ::testing::Test {
     return record;
   }
 
+  static std::string contents(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static void overwrite(const std::filesystem::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
+  }
+
   /// Bytes that depend on the task, so that one record cannot pass for another.
   static std::vector<std::byte> bytes_of(const TaskId& task, std::size_t size) {
     std::vector<std::byte> bytes(size);

@@ -10,14 +10,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string contents(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-void overwrite(const std::filesystem::path& file, const std::string& bytes) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
-}
-
 TEST_F(StoreTest, ASegmentOrCheckpointThatCannotBeOpenedCostsItsJobAloneAndTheOpenNamesIt) {
   JobId journal_hurt = 0, film_hurt = 0, whole_job = 0;
   ResultPlace place;
