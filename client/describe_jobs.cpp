@@ -77,6 +77,19 @@ void add_frames_of_job(CLI::App& command, JobOptions& job) {
       ->type_name("N");
 }
 
+/// How many of what a farm of the command's own has.
+template <class Options>
+void add_own_farm(CLI::App& command, Options& options, const char* workers) {
+  command.add_option("--workers", options.workers, workers)
+      ->type_name("K")
+      ->check(CLI::Range(1, 1024));
+  command
+      .add_option("--threads", options.threads,
+                  "Threads of each of these workers; else the machine's, divided")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+}
+
 void add_render(CLI::App& app, Line& line) {
   CLI::App& command = *app.add_subcommand(
       "render",
@@ -90,14 +103,7 @@ void add_render(CLI::App& app, Line& line) {
       ->required()
       ->type_name("FILE");
   add_look(command, options.exposure, options.view, ".png");
-  command.add_option("--workers", options.workers, "Worker processes (1)")
-      ->type_name("K")
-      ->check(CLI::Range(1, 1024));
-  command
-      .add_option("--threads", options.threads,
-                  "Threads of each worker; else the machine's, divided")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_own_farm(command, options, "Worker processes (1)");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
       take_texts(line, line.render.job);
@@ -135,17 +141,9 @@ void add_wedge(CLI::App& app, Line& line) {
       ->type_name("N")
       ->check(CLI::Range(1, 65536));
   add_look(command, options.exposure, options.view, "the sheet");
-  command
-      .add_option("--workers", options.workers,
-                  "Worker processes of a farm of its own (1); asks for one although "
-                  "TESSERA_SERVER or the config file names a server")
-      ->type_name("K")
-      ->check(CLI::Range(1, 1024));
-  command
-      .add_option("--threads", options.threads,
-                  "Threads of each of these workers; else the machine's, divided")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_own_farm(command, options,
+               "Worker processes of a farm of its own (1); asks for one although TESSERA_SERVER or "
+               "the config file names a server");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {
       take_texts(line, line.wedge.job);

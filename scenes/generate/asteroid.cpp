@@ -10,6 +10,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/files.hpp"
+#include "scenes/generate/folder.hpp"
 #include "scenes/generate/noise.hpp"
 
 namespace tessera::generate {
@@ -113,11 +114,7 @@ std::size_t grid_side(std::size_t triangles) {
 }
 
 void write_asteroid(const std::filesystem::path& folder, std::size_t triangles) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error)
-    throw Error(ErrorKind::failed,
-                fmt::format("{} cannot be made: {}", folder.string(), error.message()));
+  make_folder(folder);
   write_rock(folder / "asteroid.obj", grid_side(triangles));
   write_file_atomically(folder / "asteroid.json", std::string_view(scene_text));
 }

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/error.hpp"
 #include "common/base/files.hpp"
+#include "scenes/generate/folder.hpp"
 #include "scenes/generate/tree.hpp"
 
 namespace tessera::generate {
@@ -181,11 +181,7 @@ double ground_height(double x, double z) {
 }
 
 void write_forest(const std::filesystem::path& folder, std::size_t trees) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error)
-    throw Error(ErrorKind::failed,
-                fmt::format("{} cannot be made: {}", folder.string(), error.message()));
+  make_folder(folder);
   auto side = static_cast<std::int64_t>(std::ceil(std::sqrt(static_cast<double>(trees))));
   std::vector<Places> places = places_of(side);
   while (count(places) < trees) {
