@@ -6,26 +6,12 @@
 namespace tessera::render::proof {
 namespace {
 
-/// An HDR file of one column, row by row from the top: gray values that are powers of two, as
-/// exponents; −128 is black.
-scene::Image column_of(const std::vector<int>& exponents) {
-  const std::string header =
-      "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(exponents.size()) + " +X 1\n";
-  std::vector<std::byte> file;
-  for (const char c : header) file.push_back(static_cast<std::byte>(c));
-  for (const int exponent : exponents) {
-    for (int c = 0; c < 3; ++c) file.push_back(std::byte{128});
-    file.push_back(static_cast<std::byte>(exponent == -128 ? 0 : 129 + exponent));
-  }
-  return {"sky.hdr", std::make_shared<const std::vector<std::byte>>(std::move(file))};
-}
-
 /// The middle of a plane of albedo ½, seen from above, under the picture.
 Scene plane_under(const std::vector<int>& exponents, double strength) {
   SceneMaker maker;
   maker.add(maker.diffuse(0.5), scene::Quad{{-5, 0, 5}, {10, 0, 0}, {0, 0, -10}});
   maker.look({0, 3, 0}, {0, 0, 0}, 5, {0, 0, -1});
-  maker.description.images = {column_of(exponents)};
+  maker.description.images = {picture_of(1, exponents)};
   maker.description.environment =
       scene::Environment{.radiance = {1, 1, 1}, .image = 0, .strength = strength};
   return maker.build();
@@ -47,7 +33,7 @@ TEST(EnvironmentPicture, light_samples_and_found_light_give_what_chance_alone_gi
 TEST(EnvironmentPicture, the_camera_sees_it_and_strength_multiplies_it) {
   SceneMaker maker;
   maker.look({0, 0, 0}, {0, 1, 0}, 5, {1, 0, 0});
-  maker.description.images = {column_of({2, 0})};
+  maker.description.images = {picture_of(1, {2, 0})};
   maker.description.environment =
       scene::Environment{.radiance = {1, 1, 1}, .image = 0, .strength = 0.5};
   const RenderedTask seen = render(maker.build(), {.side = 4, .samples = 4}, 1);

@@ -102,6 +102,19 @@ Scene SceneMaker::build(double albedo_of_emitters) const {
   return scene;
 }
 
+scene::Image picture_of(int width, const std::vector<int>& exponents) {
+  const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " +
+                             std::to_string(exponents.size() / static_cast<std::size_t>(width)) +
+                             " +X " + std::to_string(width) + "\n";
+  std::vector<std::byte> file;
+  for (const char c : header) file.push_back(static_cast<std::byte>(c));
+  for (const int exponent : exponents) {
+    for (int c = 0; c < 3; ++c) file.push_back(std::byte{128});
+    file.push_back(static_cast<std::byte>(exponent == -128 ? 0 : 129 + exponent));
+  }
+  return {"picture.hdr", std::make_shared<const std::vector<std::byte>>(std::move(file))};
+}
+
 scene::Transform translate(double x, double y, double z) {
   return {{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z}};
 }

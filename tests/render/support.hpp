@@ -36,6 +36,10 @@ class SceneMaker {
   [[nodiscard]] Scene build(double albedo_of_emitters = -1) const;
 };
 
+/// An HDR file `width` texels wide, row by row from the top: gray values that are powers of two, as
+/// exponents; −128 is black.
+scene::Image picture_of(int width, const std::vector<int>& exponents);
+
 scene::Transform translate(double x, double y, double z);
 scene::Transform scale(double x, double y, double z);
 /// About an axis through the origin.

@@ -88,10 +88,8 @@ Vec3 normal_to_world(const Placement& placement, const Vec3& n) {
 /// From the group's space to the world.
 void place(const Placement& placement, Local& local) {
   const accel::Affine& m = placement.to_world;
-  const Vec3 p = local.p, e = local.extent;
-  local.p = {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
-             m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
-             m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+  const Vec3 e = local.extent;
+  local.p = placement.point_to_world(local.p);
   const auto row = [&](std::size_t i) {
     return (std::abs(m[i]) * e.x + std::abs(m[i + 1]) * e.y + std::abs(m[i + 2]) * e.z +
             std::abs(m[i + 3])) *

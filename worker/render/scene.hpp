@@ -60,6 +60,13 @@ struct Placement {
   std::array<float, 9> normal_to_world{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< inverse transpose, rows
   /// How much the way into the group's space and back enlarges rounding errors, ≥ 1.
   float error_scale = 1;
+
+  [[nodiscard]] Vec3 point_to_world(const Vec3& p) const {
+    const accel::Affine& m = to_world;
+    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
+            m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+  }
 };
 
 struct Scene {

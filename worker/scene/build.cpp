@@ -131,8 +131,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   std::vector<MergedGroup> merged;
   for (std::size_t i = 0; i < arrangement.groups.size(); ++i) {
     const bool world = i == 0;
-    merged.push_back(
-        merge(arrangement.groups[i], out.materials, world ? out.origin : std::array<double, 3>{}));
+    merged.push_back(merge(arrangement.groups[i], out.materials, out.textures,
+                           world ? out.origin : std::array<double, 3>{}));
   }
   out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
   std::vector<render::Light> lights =

@@ -70,9 +70,11 @@ std::vector<render::Light> lights_of(const MergedGroup& group,
     const render::Geometry& geometry = group.group.geometries[emitter.geometry];
     const render::CompiledMaterial& material = materials[geometry.materials[emitter.primitive]];
     render::Light light = maker.make(geometry, emitter.primitive);
-    light.radiance = material.radiance;
+    light.radiance = emitter.radiance;
     light.two_sided = material.two_sided;
+    light.varies = material.radiance_varies;
     light.instance = instance;
+    light.geometry = emitter.geometry;
     light.primitive = emitter.primitive;
     lights.push_back(light);
   }

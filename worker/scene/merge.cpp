@@ -5,6 +5,7 @@
 #include "worker/render/octahedral.hpp"
 #include "worker/scene/affine.hpp"
 #include "worker/scene/details.hpp"
+#include "worker/scene/radiance.hpp"
 
 namespace tessera::worker {
 namespace {
@@ -189,16 +190,19 @@ class Filler {
 
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
-                  const std::array<double, 3>& origin) {
+                  const render::TextureTable& textures, const std::array<double, 3>& origin) {
   MergedGroup out;
   for (const Bin& bin : sort_into_bins(shapes, materials)) {
     Geometry geometry = Filler(bin, origin).take();
     if (bin.emits) {
       const auto number = static_cast<std::uint32_t>(out.group.geometries.size());
+      const std::vector<render::Color> radiances = mean_radiances(geometry, materials, textures);
       geometry.emitters.resize(geometry.faces());
       for (std::uint32_t face = 0; face < geometry.faces(); ++face) {
-        geometry.emitters[face] = static_cast<std::uint32_t>(out.emitters.size());
-        out.emitters.push_back({number, face});
+        const bool shines = !render::is_black(radiances[face]);
+        geometry.emitters[face] =
+            shines ? static_cast<std::uint32_t>(out.emitters.size()) : render::no_id;
+        if (shines) out.emitters.push_back({number, face, radiances[face]});
       }
     }
     out.group.geometries.push_back(std::move(geometry));

@@ -13,6 +13,7 @@ namespace tessera::worker {
 struct EmittingFace {
   std::uint32_t geometry = 0;
   std::uint32_t primitive = 0;
+  render::Color radiance;  ///< mean over the face
 };
 
 struct MergedGroup {
@@ -21,9 +22,10 @@ struct MergedGroup {
 };
 
 /// Copies the shapes into as few geometries as their kinds and flags allow, in double relative to
-/// `origin`, and frees each mesh as soon as its last copy is made.
+/// `origin`, and frees each mesh as soon as its last copy is made. Of faces that emit, those are
+/// listed whose picture is not black.
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
-                  const std::array<double, 3>& origin);
+                  const render::TextureTable& textures, const std::array<double, 3>& origin);
 
 }  // namespace tessera::worker

@@ -136,11 +136,40 @@ TEST(Surfaces, InputsAreTheirFactorTimesTheTexture) {
   EXPECT_NEAR(specular->alpha_x, 0.75F * 0.75F, 1e-6F);
   EXPECT_NE(compile(of(surface)).wants & detail_flag::uv1, 0);
 
-  // Light that differs from place to place is found by paths: no light is made of it.
   surface.emission = {.factor = {1, 1, 1}, .texture = scene::TextureUse{}};
   closure = closure_at(of(surface), {0, 0, 1}, textures);
   EXPECT_NEAR(closure.emission.g, 0.25F, 1e-6F);
-  EXPECT_FALSE(compile(of(surface)).emits());
+}
+
+TEST(Surfaces, WhatALightSampleFindsIsWhatAPathFinds) {
+  const TextureTable textures = one_texel({255, 137, 64, 191});
+  scene::Principled coated;
+  coated.emission = {.factor = {3, 2, 1}, .texture = scene::TextureUse{}};
+  coated.clearcoat.factor = 0.8;
+  scene::Material half = of(coated);
+  half.opacity = {.mode = scene::Opacity::Mode::blend, .alpha = {.factor = 0.25}};
+  scene::Principled unlit;
+  unlit.unlit = true;
+  for (const float slant : {1.0F, 0.1F, -0.5F}) {
+    ShadingPoint point;
+    point.wo = normalize(Vec3{1, 0, slant});
+    for (const scene::Material& material :
+         {of(coated), half, of(unlit), {"one side", scene::Emitter{{3, 2, 1}, false}}}) {
+      const CompiledMaterial compiled = compile(material);
+      const Closure found = closure_at(material, point.wo, textures);
+      const Color expected = found.emission * presence(compiled, textures, point);
+      EXPECT_EQ(emission(compiled, textures, point), expected);
+    }
+  }
+  EXPECT_TRUE(compile(half).emits() && compile(half).radiance_varies);
+  EXPECT_FALSE(compile(of(unlit)).emits()) << "it shines for the eye";
+}
+
+TEST(Surfaces, WhatIsCulledFromBehindShinesToTheFrontAlone) {
+  scene::Material material{"lamp", scene::Emitter{{1, 1, 1}, true}};
+  EXPECT_TRUE(compile(material).two_sided);
+  material.back_culled = true;
+  EXPECT_FALSE(compile(material).two_sided);
 }
 
 TEST(Surfaces, ACoatDimsTheLightBelowItByWhatItReflects) {
@@ -148,7 +177,7 @@ TEST(Surfaces, ACoatDimsTheLightBelowItByWhatItReflects) {
   surface.emission.factor = {2, 1, 0};
   surface.clearcoat.factor = 0.5;
   surface.clearcoat_roughness.factor = 0;
-  EXPECT_FALSE(compile(of(surface)).emits()) << "paths find it";
+  EXPECT_TRUE(compile(of(surface)).radiance_varies);
   const Closure facing = closure_at(of(surface), {0, 0, 1}, {});
   EXPECT_NEAR(facing.emission.g, 1 - 0.5F * 0.04F, 2e-3F);
   EXPECT_NEAR(facing.emission.r, 2 * facing.emission.g, 1e-6F);
@@ -156,7 +185,7 @@ TEST(Surfaces, ACoatDimsTheLightBelowItByWhatItReflects) {
   EXPECT_LT(grazing.emission.g, 0.7F);
   EXPECT_GT(grazing.emission.g, 0.5F);
   surface.clearcoat.factor = 0;
-  EXPECT_TRUE(compile(of(surface)).emits());
+  EXPECT_TRUE(compile(of(surface)).emits() && !compile(of(surface)).radiance_varies);
 }
 
 TEST(Surfaces, VerticesColourTheBaseUnlessTheyMayNot) {

@@ -22,7 +22,7 @@ Geometry merged(scene::Shape shape, std::uint8_t wants, const scene::Transform& 
   std::vector<render::CompiledMaterial> materials(1);
   materials[0].wants = wants;
   const PlacedShape placed{&shape, to_group};
-  MergedGroup group = merge(std::span(&placed, 1), materials, {});
+  MergedGroup group = merge(std::span(&placed, 1), materials, {}, {});
   return std::move(group.group.geometries.at(0));
 }
 

@@ -79,12 +79,14 @@ void compile_conductor(const scene::Material& source, Materials /*all*/, Compile
 void compile_principled(const scene::Material& source, Materials /*all*/, CompiledMaterial& out) {
   const auto& principled = std::get<scene::Principled>(source.surface);
   append(out, Surface(PrincipledSurface(principled, source.vertex_colors)));
-  // What is unlit shines for the eye, and is no light to sample; nor is what differs from place to
-  // place, or from side to side as a coat dims it. Paths find all three.
-  if (!principled.unlit && !principled.emission.texture && principled.clearcoat.factor == 0) {
+  // What is unlit shines for the eye and is no light to sample: it is at most 1, and often all that
+  // there is. Paths find it.
+  if (!principled.unlit) {
     out.radiance = to_color(principled.emission.factor);
+    if (principled.emission.texture) out.radiance_texture = compile(*principled.emission.texture);
+    out.radiance_varies = principled.emission.texture || principled.clearcoat.factor > 0;
   }
-  out.two_sided = !source.back_culled;
+  out.two_sided = true;
   out.interface = !principled.unlit && !principled.thin_walled &&
                   principled.transmission.factor > 0 && principled.metallic.factor < 1;
   out.medium = {static_cast<float>(principled.ior), source.priority,
@@ -161,9 +163,9 @@ void compile_common(const scene::Material& source, CompiledMaterial& out) {
     out.vertex_alpha = source.vertex_colors;
     wants |= wanted_by(out.alpha);
     if (out.vertex_alpha) wants |= detail_flag::color;
-    // Light samples would take it to be there; paths find what is.
-    out.radiance = {};
+    out.radiance_varies = true;
   }
+  if (out.back_culled) out.two_sided = false;
   if (source.normal_map) {
     out.normal_map.emplace(*source.normal_map);
     wants |= wanted_by(out.normal_map->texture.uv_set) | detail_flag::tangent;
@@ -184,6 +186,24 @@ CompiledMaterial compile(const scene::Material& material, std::span<const scene:
   materials[material.surface.index()].compile(material, all, out);
   compile_common(material, out);
   return out;
+}
+
+Color emission(const CompiledMaterial& material, const TextureTable& textures,
+               const ShadingPoint& point) {
+  Color sum;
+  for (int i = 0; i < material.count; ++i) {
+    const Instruction& step = material.program[static_cast<std::size_t>(i)];
+    const bool front = dot(point.wo, point.normal) > 0;
+    if (step.code == Instruction::Code::emit_two_sided ||
+        (step.code == Instruction::Code::emit && front)) {
+      sum += step.radiance;
+    } else if (step.code == Instruction::Code::surface) {
+      const auto* const principled =
+          std::get_if<PrincipledSurface>(&material.surfaces[step.surface]);
+      if (principled != nullptr) sum += principled->emitted({point, textures});
+    }
+  }
+  return sum * presence(material, textures, point);
 }
 
 float presence(const CompiledMaterial& material, const TextureTable& textures,

@@ -42,9 +42,12 @@ struct CompiledMaterial {
   std::array<Instruction, instructions_max> program;
   int count = 0;
   std::vector<Surface> surfaces;  ///< of the steps that name one
-  /// The emitted radiance, where it is the same all over; black: no light is to be made of its
-  /// shapes.
+  /// The emitted radiance, which `radiance_texture` multiplies where there is one; black: no light
+  /// is to be made of its shapes.
   Color radiance;
+  std::optional<TextureUse> radiance_texture;
+  /// What leaves a point is not everywhere and in all directions the same: emission() tells.
+  bool radiance_varies = false;
   bool two_sided = false;  ///< emits on both sides
   /// Which details of a surface it looks at (detail_flag); what a geometry has of others is not
   /// kept.
@@ -78,6 +81,9 @@ std::vector<std::string_view> material_names();
 /// Runs the program at a hit. `out` is cleared first.
 void evaluate(const CompiledMaterial& material, const TextureTable& textures,
               const ShadingPoint& point, Closure& out);
+/// The radiance that a point sends to wo, times the share of the surface that is there.
+Color emission(const CompiledMaterial& material, const TextureTable& textures,
+               const ShadingPoint& point);
 /// The share of the surface that is there for light from or to wo, 0…1.
 float presence(const CompiledMaterial& material, const TextureTable& textures,
                const ShadingPoint& point);

@@ -153,29 +153,53 @@ std::uint8_t PrincipledSurface::wants() const {
   return static_cast<std::uint8_t>(bits);
 }
 
-float PrincipledSurface::add_coat(const Source& source, Closure& out) const {
-  const float coated = unit(coat.at(source));
-  if (!(coated > 0)) return 1;
-  const Frame frame = coat_normal ? coat_normal->frame(source) : source.point.shading;
-  const microfacet::Parameters layer{.reflectance = schlick_reflectance(gray(0.04F), gray(1)),
-                                     .roughness = roughness_of(unit(coat_roughness.at(source))),
-                                     .cos_o = facing(frame, source)};
-  const float albedo = coated * microfacet::albedo(layer).g;
-  Lobe lobe = scaled(microfacet::lobe_of(layer), gray(coated));
-  if (!(frame.n == out.shading.n)) lobe.frame = out.add_frame(frame);
-  out.add(lobe, albedo);
-  return unit(1 - albedo);
+/// The coat at a hit; nothing of it where `share` is 0.
+struct PrincipledSurface::Coat {
+  float share = 0;   ///< of the surface that is coated
+  float albedo = 0;  ///< what it takes from all below
+  Frame frame;
+  microfacet::Parameters layer;
+
+  [[nodiscard]] float below() const { return unit(1 - albedo); }
+};
+
+PrincipledSurface::Coat PrincipledSurface::coat_at(const Source& source) const {
+  Coat out;
+  out.share = unit(coat.at(source));
+  if (!(out.share > 0)) return out;
+  out.frame = coat_normal ? coat_normal->frame(source) : source.point.shading;
+  out.layer = {.reflectance = schlick_reflectance(gray(0.04F), gray(1)),
+               .roughness = roughness_of(unit(coat_roughness.at(source))),
+               .cos_o = facing(out.frame, source)};
+  out.albedo = out.share * microfacet::albedo(out.layer).g;
+  return out;
+}
+
+float PrincipledSurface::add_coat(const Coat& coat, Closure& out) {
+  if (!(coat.share > 0)) return 1;
+  Lobe lobe = scaled(microfacet::lobe_of(coat.layer), gray(coat.share));
+  if (!(coat.frame.n == out.shading.n)) lobe.frame = out.add_frame(coat.frame);
+  out.add(lobe, coat.albedo);
+  return coat.below();
+}
+
+Color PrincipledSurface::tinted_base(const Source& source) const {
+  Color base = base_color.at(source);
+  if (vertex_colors && source.point.detail) base *= source.point.detail->color;
+  return unit(base);
+}
+
+Color PrincipledSurface::emitted(const Source& source) const {
+  return unlit ? tinted_base(source) : emission.at(source) * coat_at(source).below();
 }
 
 void PrincipledSurface::add(const Source& source, Closure& out) const {
-  Color base = base_color.at(source);
-  if (vertex_colors && source.point.detail) base *= source.point.detail->color;
-  base = unit(base);
+  const Color base = tinted_base(source);
   if (unlit) {
     out.emission += base;
     return;
   }
-  const float below = add_coat(source, out);
+  const float below = add_coat(coat_at(source), out);
   out.emission += emission.at(source) * below;
   const float cosine = facing(out.shading, source);
 

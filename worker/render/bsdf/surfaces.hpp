@@ -43,6 +43,8 @@ struct DielectricSurface {
 struct PrincipledSurface {
   PrincipledSurface(const scene::Principled& source, bool uses_vertex_colors);
   void add(const Source& source, Closure& out) const;
+  /// What add() adds to a closure's emission.
+  [[nodiscard]] Color emitted(const Source& source) const;
 
   [[nodiscard]] std::uint8_t wants() const;
 
@@ -54,8 +56,12 @@ struct PrincipledSurface {
   bool thin_walled = true, unlit = false, vertex_colors = true;
 
  private:
+  struct Coat;
+  [[nodiscard]] Coat coat_at(const Source& source) const;
+  /// The base colour, vertices' colours in it.
+  [[nodiscard]] Color tinted_base(const Source& source) const;
   /// What of the light below it the coat leaves.
-  float add_coat(const Source& source, Closure& out) const;
+  static float add_coat(const Coat& coat, Closure& out);
 };
 
 /// Ends a part of a mix: what was added since the last such step is multiplied by its share.

@@ -30,11 +30,11 @@ struct HemisphereLightsRules : HemisphereRules {
       if (!light || is_black(light.radiance)) continue;
       const Color scattered = eval(trace.closure, at.shading.wo, light.wi);
       if (is_black(scattered)) continue;
-      const Color passed = passed_from(trace, at, light, path);
-      if (is_black(passed)) continue;
+      const Color arriving = light_from(trace, at, light, path);
+      if (is_black(arriving)) continue;
       const float weight = 1 / (light.pdf * static_cast<float>(count));
-      record.add(path.throughput * scattered * light.radiance * passed * weight, first,
-                 path.depth + 1, lights[light.light].group);
+      record.add(path.throughput * scattered * arriving * weight, first, path.depth + 1,
+                 lights[light.light].group);
     }
   }
   /// A light too weak beside the others to be ever chosen is left to scattered rays.

@@ -58,12 +58,12 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     if (!light || is_black(light.radiance)) continue;
     const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
     if (is_black(scattered.value)) continue;
-    const Color passed = passed_from(trace, at, light, path);
-    if (is_black(passed)) continue;
+    const Color arriving = light_from(trace, at, light, path);
+    if (is_black(arriving)) continue;
     const float by_light = light.pdf * counted;
     const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
-    record.add(path.throughput * scattered.value * light.radiance * passed * (weight / by_light),
-               first, path.depth + 1, scene.lights[light.light].group);
+    record.add(path.throughput * scattered.value * arriving * (weight / by_light), first,
+               path.depth + 1, scene.lights[light.light].group);
   }
 }
 

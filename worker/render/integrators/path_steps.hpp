@@ -5,6 +5,7 @@
 #include "worker/render/integrators/integrator.hpp"
 #include "worker/render/integrators/path_state.hpp"
 #include "worker/render/interaction.hpp"
+#include "worker/render/light_point.hpp"
 
 /// The steps that integrators are put together from.
 namespace tessera::render {
@@ -78,21 +79,26 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
 /// without a far side is open, and so is none.
 Color absorbed_along(const Scene& scene, const MediumStack& media, float length);
 
-/// The part of a light's sample that reaches `at`, per channel. Counts its shadow ray.
-inline Color passed_from(Trace& trace, const Interaction& at, const LightSample& light,
-                         const PathState& path) {
-  const float length = light.distance * (1 - shadow_margin) - trace.scene.light_errors[light.light];
+/// The radiance of a light's sample that reaches `at`. Counts its shadow ray.
+inline Color light_from(Trace& trace, const Interaction& at, const LightSample& light,
+                        const PathState& path) {
+  const Scene& scene = trace.scene;
+  const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
   if (!(length > 0)) return {};
+  const Ray ray = at.leave(light.wi, length, path.ray);
+  const bool varies = scene.lights[light.light].varies;
+  const Color sent = varies ? radiance_at(scene, light, ray) : light.radiance;
+  if (varies && is_black(sent)) return {};
   ++trace.rays;
-  const Color passed = transmittance(trace.scene, at.leave(light.wi, length, path.ray));
-  const bool interface = trace.scene.materials[at.material].interface;
+  const Color passed = sent * transmittance(scene, ray);
+  const bool interface = scene.materials[at.material].interface;
   if ((path.media.size() == 0 && !interface) || is_black(passed)) return passed;
   MediumStack media = path.media;
   const float out = dot(light.wi, at.shading.normal);
   if (interface && out * dot(at.shading.wo, at.shading.normal) < 0) {
     media.cross(at.material, out < 0);
   }
-  return passed * absorbed_along(trace.scene, media, length);
+  return passed * absorbed_along(scene, media, length);
 }
 
 /// Scatters the path as was drawn: all of the step but the ray.

@@ -59,8 +59,12 @@ struct Light {
       shape;
   Color radiance;
   bool two_sided = false;
+  /// `radiance` is only a mean over the light: what leaves a point is asked of its surface
+  /// (light_point.hpp).
+  bool varies = false;
   std::uint16_t group = 0;         ///< light group, for separate output
   std::uint32_t instance = no_id;  ///< what a ray that hits it reports
+  std::uint32_t geometry = no_id;
   std::uint32_t primitive = no_id;
 };
 
@@ -79,8 +83,9 @@ struct LightContext {
 struct LightSample {
   Vec3 wi;                                                  ///< unit, from p to the light
   float distance = std::numeric_limits<float>::infinity();  ///< to the sampled point
-  Color radiance;  ///< that leaves it towards p, if nothing stands between
-  float pdf = 0;   ///< of wi, by this light alone, per solid angle; of a delta, 1
+  Color
+      radiance;  ///< that leaves it towards p, if nothing stands between; where it varies, its mean
+  float pdf = 0;  ///< of wi, by this light alone, per solid angle; of a delta, 1
   /// The light has no size: `radiance` stands for the irradiance of a surface that faces it, and no
   /// other way finds the light.
   bool delta = false;
