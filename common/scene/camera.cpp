@@ -11,14 +11,17 @@ namespace {
 
 constexpr double degrees_per_radian = 180.0 / 3.14159265358979323846;
 
-/// "orthographic_height", or 0 for a perspective camera.
-double read_orthographic(Fields& in) {
-  const auto height = in.optional("orthographic_height");
-  if (!height) return 0;
-  for (const std::string_view key : {"fov", "focal_length", "film_size"})
-    if (const auto value = in.optional(key))
-      value->fail(fmt::format("an orthographic camera has no {}", key));
-  return height->number(length_least, length_most);
+constexpr double millimetres_per_metre = 1000;
+constexpr int blades_least = 3, blades_most = 64;
+constexpr double shift_most = 100;
+
+constexpr std::array<std::pair<std::string_view, Projection>, 3> projections{
+    {{"perspective", Projection::perspective},
+     {"orthographic", Projection::orthographic},
+     {"equirectangular", Projection::equirectangular}}};
+
+void refuse(Fields& in, std::string_view key, std::string_view whose) {
+  if (const auto value = in.optional(key)) value->fail(fmt::format("only {} have it", whose));
 }
 
 /// The vertical field of view, from "fov" or from a lens and the film behind it.
@@ -36,6 +39,55 @@ double read_fov(Fields& in) {
   return 2 * std::atan(film[1] / 2 / focal) * degrees_per_radian;
 }
 
+/// The aperture's radius, by itself or from a photographer's numbers.
+double read_aperture(Fields& in) {
+  const auto f_number = in.optional("f_number");
+  if (!f_number) return in.number_or("aperture_radius", 0, length_most, 0);
+  if (const auto radius = in.optional("aperture_radius"))
+    radius->fail("give aperture_radius or f_number, and not both");
+  const double stop = f_number->number(1e-3, 1e6);
+  const auto focal_length = in.optional("focal_length");
+  if (!focal_length) f_number->fail("an f_number needs the focal_length, in millimetres");
+  return focal_length->number(direction_least, length_most) / millimetres_per_metre / (2 * stop);
+}
+
+Lens read_lens(Fields& in, double distance) {
+  Lens out;
+  out.radius = read_aperture(in);
+  out.focus_distance = in.number_or("focus_distance", length_least, length_most, distance);
+  if (const auto blades = in.optional("aperture_blades"))
+    out.blades = static_cast<int>(blades->integer(blades_least, blades_most));
+  out.rotation_degrees = in.number_or("aperture_rotation", -36000, 36000, 0);
+  return out;
+}
+
+/// What `out` sees, and through what; its eye and target are known.
+void read_optics(Fields& in, double distance, Camera& out) {
+  const bool has_height = in.has("orthographic_height");
+  out.projection = has_height ? Projection::orthographic : Projection::perspective;
+  if (const auto projection = in.optional("projection"))
+    out.projection = read_word(*projection, "projection", projections);
+  if (out.projection != Projection::orthographic)
+    refuse(in, "orthographic_height", "orthographic cameras");
+  if (out.projection == Projection::perspective) {
+    out.fov_y_degrees = read_fov(in);
+  } else {
+    for (const char* key : {"fov", "focal_length", "film_size", "f_number"})
+      refuse(in, key, "perspective cameras");
+  }
+  if (out.projection == Projection::orthographic)
+    out.orthographic_height = in.required("orthographic_height").number(length_least, length_most);
+  if (out.projection == Projection::equirectangular) {
+    for (const char* key :
+         {"aperture_radius", "focus_distance", "aperture_blades", "aperture_rotation", "shift"})
+      refuse(in, key, "perspective and orthographic cameras");
+    return;
+  }
+  out.lens = read_lens(in, distance);
+  if (const auto shift = in.optional("shift"))
+    shift->numbers(out.shift.data(), 2, -shift_most, shift_most);
+}
+
 Camera read_camera(const Value& value, std::size_t position) {
   Fields in(value);
   Camera out;
@@ -47,15 +99,13 @@ Camera read_camera(const Value& value, std::size_t position) {
   out.target = target.point();
   const auto up = in.optional("up");
   if (up) out.up = up->point();
-  out.orthographic_height = read_orthographic(in);
-  out.fov_y_degrees = read_fov(in);
-  in.finish();
-
   const Vec3 view{out.target[0] - out.eye[0], out.target[1] - out.eye[1],
                   out.target[2] - out.eye[2]};
   const double distance = std::hypot(view[0], view[1], view[2]);
   if (!(distance >= direction_least))
     target.fail("the target is where the eye is: the camera looks nowhere");
+  read_optics(in, distance, out);
+  in.finish();
   const Vec3& u = out.up;
   const double size = std::hypot(u[0], u[1], u[2]);
   const double across = std::hypot(view[1] * u[2] - view[2] * u[1], view[2] * u[0] - view[0] * u[2],

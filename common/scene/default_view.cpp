@@ -107,6 +107,7 @@ Camera view_of(const Scene& scene, double aspect) {
   constexpr double degrees = 35, margin = 1.12;
   Camera out;
   out.fov_y_degrees = degrees;
+  out.least_aspect = aspect;
   const Bounds bounds = bounds_of(scene);
   if (bounds.empty()) return out;
   const Vec3 back = normalized({0.55, 0.35, 1});

@@ -77,14 +77,33 @@ struct Instance {
 };
 
 // ---- camera, environment ----
-/// Perspective, or orthographic. Looks from `eye` to `target`; x of the film runs to the right, y
-/// down.
+/// How a camera's rays run.
+enum class Projection {
+  perspective,
+  orthographic,     ///< alongside each other
+  equirectangular,  ///< in all directions: the whole sphere, longitude along x, latitude along y
+};
+/// A thin lens: what lies in the plane of focus is sharp.
+struct Lens {
+  double radius = 0;            ///< of the aperture, ≥ 0; 0 is a pinhole
+  double focus_distance = 1;    ///< of the plane of focus from the eye's plane, > 0
+  int blades = 0;               ///< corners of the aperture, on its radius; 0: round
+  double rotation_degrees = 0;  ///< of the first corner from the right, towards what is up
+};
+/// Looks from `eye` to `target`; x of the film runs to the right, y down.
 struct Camera {
   std::string name;
   Vec3 eye{0, 0, 5}, target{0, 0, 0}, up{0, 1, 0};
-  double fov_y_degrees = 40;  ///< from the film's lower to its upper edge; 0…180, exclusive
-  /// Greater than 0: all rays run alongside each other, and this is what the film's height shows.
-  double orthographic_height = 0;
+  Projection projection = Projection::perspective;
+  double fov_y_degrees = 40;  ///< perspective: between the film's lower and upper edge; 0…180
+  double orthographic_height = 0;  ///< orthographic: what the film's height shows; > 0
+  Lens lens;                       ///< not of equirectangular cameras
+  /// Perspective and orthographic: how far the picture's middle lies from the line of sight, to the
+  /// right in film widths, upwards in film heights. What is parallel to the film stays so.
+  Vec2 shift{0, 0};
+  /// A film narrower than this, width over height, shows more above and below, and as much at its
+  /// sides as one of this shape.
+  double least_aspect = 0;
 };
 /// Light from infinitely far. Of a direction of unit length (x, y, z) the picture shows the point
 /// u = ½ − atan2(−z, x)/2π from its left and v = acos(y)/π from its top: its middle is seen along

@@ -28,7 +28,10 @@ void move(Camera& camera, const Transform& t) {
   camera.eye = moved_point(t, camera.eye);
   camera.target = moved_point(t, camera.target);
   camera.up = moved_direction(t, camera.up);
-  camera.orthographic_height *= uniform_scale(t).value_or(1);
+  const double scale = uniform_scale(t).value_or(1);
+  camera.orthographic_height *= scale;
+  camera.lens.radius *= scale;
+  camera.lens.focus_distance *= scale;
 }
 
 void move(PunctualLight& light, const Transform& t) {

@@ -37,9 +37,9 @@ class Checker {
   }
   static void check(const scene::Camera& camera) {
     for (const scene::Vec3* one : {&camera.eye, &camera.target, &camera.up}) check_finite(*one);
-    require(
-        camera.orthographic_height > 0 || (camera.fov_y_degrees > 0 && camera.fov_y_degrees < 180),
-        "a camera sees something");
+    require(camera.projection != scene::Projection::perspective ||
+                (camera.fov_y_degrees > 0 && camera.fov_y_degrees < 180),
+            "a camera sees something");
   }
   static void check(const scene::Transform& transform) {
     check_finite(transform.m);

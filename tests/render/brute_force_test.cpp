@@ -72,7 +72,7 @@ Estimate brute_force(const Scene& scene, const std::vector<scene::Material>& mat
         for (int s = 0; s < samples; ++s) {
           const Vec2 offset{static_cast<float>(brute.number() - 0.5),
                             static_cast<float>(brute.number() - 0.5)};
-          sum += brute.luminance_along(camera.ray(x, y, offset, 0), bounces);
+          sum += brute.luminance_along(camera.ray(x, y, offset, {}, 0), bounces);
         }
       }
     }

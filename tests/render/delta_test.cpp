@@ -4,7 +4,7 @@
 
 #include "tests/render/support.hpp"
 
-/// Lights without a size, and rays alongside each other, through the whole renderer.
+/// Lights without a size, through the whole renderer.
 namespace tessera::render::proof {
 namespace {
 
@@ -69,21 +69,6 @@ TEST(Delta, they_share_a_picture_with_lights_that_have_a_size) {
     Take take{4, 1024};
     take.integrator = integrator;
     expect_mean(measure(maker.build(), take), reflected(pi_d * 0.5541264 + 1), 0.02);
-  }
-}
-
-TEST(Orthographic, the_film_s_height_shows_what_is_asked_wherever_the_eye_is) {
-  // A lamp of 1 by 1 fills a quarter of a film that shows 2 by 2.
-  SceneMaker maker;
-  maker.add(maker.emitter(4, true), scene::Quad{{-0.5, -0.5, 0}, {1, 0, 0}, {0, 1, 0}});
-  maker.environment(0);
-  maker.look({0, 0, 3}, {0, 0, 0}, 40, {0, 1, 0});
-  for (const double distance : {0.5, 3.0, 100.0}) {
-    maker.description.cameras[0].eye = {0, 0, distance};
-    maker.description.cameras[0].orthographic_height = 2;
-    Take take{64, 4};
-    take.integrator = "path";
-    expect_mean(measure(maker.build(), take), 1.0, 0.02);
   }
 }
 

@@ -44,7 +44,7 @@ class World {
 
   /// What the ray through a pixel sees; −1: not the plane. `filtered`: not level 0 alone.
   [[nodiscard]] double seen(const Camera& camera, int x, int y, Vec2 offset, bool filtered) const {
-    Ray ray = camera.ray(x, y, offset, 0);
+    Ray ray = camera.ray(x, y, offset, {}, 0);
     accel::Hit hit = scene_.intersect(ray);
     if (!hit.any()) return -1;
     Interaction at = surface_at(scene_, ray, hit);

@@ -68,7 +68,13 @@ SceneMaker& SceneMaker::environment(double radiance) {
 }
 SceneMaker& SceneMaker::look(scene::Vec3 eye, scene::Vec3 target, double fov_degrees,
                              scene::Vec3 up) {
-  description.cameras = {{"main", eye, target, up, fov_degrees}};
+  scene::Camera camera;
+  camera.name = "main";
+  camera.eye = eye;
+  camera.target = target;
+  camera.up = up;
+  camera.fov_y_degrees = fov_degrees;
+  description.cameras = {camera};
   return *this;
 }
 SceneMaker& SceneMaker::scaled(double factor, scene::Vec3 shift) {

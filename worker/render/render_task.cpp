@@ -65,7 +65,8 @@ std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSum
     const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
     const Vec2 offset = plan.filter->sample(film.pair(dim::film));
     SampleRecord record;
-    plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, time), record);
+    plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
+                    record);
     if (!record.finite()) {
       record = SampleRecord{};
       ++rejected;

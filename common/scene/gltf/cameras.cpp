@@ -57,6 +57,7 @@ std::vector<Camera> read_cameras(Asset& asset, const std::vector<PlacedNode>& no
     const double distance = std::max({1.0, std::abs(m[3]), std::abs(m[7]), std::abs(m[11])});
     for (std::size_t i = 0; i < 3; ++i) camera.target[i] = camera.eye[i] - (*back)[i] * distance;
     if (from.type == "orthographic") {
+      camera.projection = Projection::orthographic;
       camera.orthographic_height = 2 * std::abs(from.orthographic.ymag);
       if (!(camera.orthographic_height > 0))
         asset.fail(fmt::format("/cameras/{}/orthographic/ymag", node.camera), "may not be 0");

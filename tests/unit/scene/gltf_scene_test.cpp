@@ -129,6 +129,7 @@ TEST(GltfScene, a_view_of_all_and_even_light_are_made_up_and_said) {
   const Camera& camera = loaded.scene.cameras[0];
   expect_to_fill(camera, loaded.scene);
   EXPECT_GT(camera.eye[2], 1);
+  EXPECT_NEAR(camera.least_aspect, 16.0 / 9, 0.01) << "a narrower film cuts nothing off";
   ASSERT_TRUE(loaded.scene.environment.has_value());
   EXPECT_TRUE(loaded.scene.environment->image.has_value());
   EXPECT_THAT(loaded.warnings, Contains(HasSubstr("no camera")));

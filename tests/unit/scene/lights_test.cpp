@@ -51,16 +51,5 @@ TEST(Lights, that_cannot_shine_are_refused_where_they_stand) {
   }
 }
 
-TEST(Orthographic, takes_the_place_of_a_field_of_view) {
-  const auto scene_of = [](const std::string& members) {
-    return R"({"tessera": 1, "camera": {"eye": [0, 0, 5], "target": [0, 0, 0], )" + members + "}}";
-  };
-  EXPECT_EQ(parse(scene_of("\"orthographic_height\": 2.5")).cameras[0].orthographic_height, 2.5);
-  const Error both = error_of(scene_of("\"orthographic_height\": 2.5, \"fov\": 40"));
-  EXPECT_EQ(both.place().key, "camera.fov");
-  EXPECT_EQ(error_of(scene_of("\"orthographic_height\": 0")).place().key,
-            "camera.orthographic_height");
-}
-
 }  // namespace
 }  // namespace tessera::scene
