@@ -98,6 +98,9 @@ Metadata read_exr_header(const std::filesystem::path& file);
 std::vector<std::byte> encode_png(int width, int height, std::span<const float> rgb,
                                   double exposure_stops = 0);
 
+/// The same of R, G, B codes, row by row, as they stand.
+std::vector<std::byte> encode_png(int width, int height, std::span<const std::uint8_t> rgb);
+
 /// True for channels that say how a picture came about and not what it shows (time, worker):
 /// outside the exactness contract.
 bool is_diagnostic(std::string_view channel);

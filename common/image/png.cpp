@@ -69,7 +69,11 @@ std::vector<std::byte> encode_png(int width, int height, std::span<const float> 
     const std::span<const float> plane = rgb.subspan(channel * pixels, pixels);
     for (std::size_t i = 0; i < pixels; ++i) codes[3 * i + channel] = encoder(plane[i] * scale);
   }
+  return encode_png(width, height, codes);
+}
 
+std::vector<std::byte> encode_png(int width, int height, std::span<const std::uint8_t> rgb) {
+  assert(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(width);
@@ -78,7 +82,7 @@ std::vector<std::byte> encode_png(int width, int height, std::span<const float> 
   image.flags = PNG_IMAGE_FLAG_FAST;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::vector<std::byte> out(size);
-  if (png_image_write_to_memory(&image, out.data(), &size, 0, codes.data(), 0, nullptr) == 0)
+  if (png_image_write_to_memory(&image, out.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
     throw Error(ErrorKind::failed,
                 fmt::format("encoding a PNG failed: {}", printable(image.message)));
   out.resize(size);

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "common/base/files.hpp"
 #include "scenes/generate/folder.hpp"
+#include "scenes/generate/gltf_file.hpp"
 #include "scenes/generate/tree.hpp"
 
 namespace tessera::generate {
@@ -22,74 +22,21 @@ using nlohmann::json;
 constexpr double spacing = 3.4;  // metres
 constexpr int conifers = 12;     // of the kinds; the others are broadleaves
 
-/// One glTF file with its buffer beside it.
-class File {
- public:
-  explicit File(std::string buffer) {
-    json_ = {{"asset", {{"version", "2.0"}, {"generator", "tessera-scenes"}}},
-             {"extensionsUsed", json::array({"EXT_mesh_gpu_instancing"})},
-             {"scene", 0},
-             {"scenes", json::array({{{"name", "forest"}, {"nodes", json::array()}}})},
-             {"buffers", json::array({{{"uri", std::move(buffer)}, {"byteLength", 0}}})}};
-  }
+json primitive(GltfFile& file, const Solid& solid, int material) {
+  const int positions = file.positions(solid.positions);
+  const int indices = file.accessor(solid.indices, Target::indices);
+  return {{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", material}};
+}
 
-  template <class T>
-  int accessor(const std::vector<T>& values, const char* type, int component_type,
-               bool normalized = false) {
-    const std::size_t bytes = values.size() * sizeof(T), at = bytes_.size();
-    bytes_.resize(at + (bytes + 3) / 4 * 4);
-    std::memcpy(bytes_.data() + at, values.data(), bytes);
-    json_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", at}, {"byteLength", bytes}});
-    json accessor{{"bufferView", json_["bufferViews"].size() - 1},
-                  {"componentType", component_type},
-                  {"count", values.size()},
-                  {"type", type}};
-    if (normalized) accessor["normalized"] = true;
-    json_["accessors"].push_back(std::move(accessor));
-    return static_cast<int>(json_["accessors"].size()) - 1;
-  }
-
-  json primitive(const Solid& solid, int material) {
-    const int positions = accessor(solid.positions, "VEC3", 5126);
-    auto low = solid.positions.at(0), high = low;
-    for (const auto& p : solid.positions)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], p[axis]);
-        high[axis] = std::max(high[axis], p[axis]);
-      }
-    json_["accessors"].back()["min"] = low;
-    json_["accessors"].back()["max"] = high;
-    const int indices = accessor(solid.indices, "SCALAR", 5125);
-    return {
-        {"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", material}};
-  }
-  int material(const char* name, const std::array<double, 3>& color, double roughness) {
-    json_["materials"].push_back({{"name", name},
-                                  {"doubleSided", true},
-                                  {"pbrMetallicRoughness",
-                                   {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
-                                    {"metallicFactor", 0},
-                                    {"roughnessFactor", roughness}}}});
-    return static_cast<int>(json_["materials"].size()) - 1;
-  }
-  /// A mesh on a node of the scene's, with these members more.
-  void place(const std::string& name, const json& primitives, json node) {
-    json_["meshes"].push_back({{"name", name}, {"primitives", primitives}});
-    node["name"] = name;
-    node["mesh"] = json_["meshes"].size() - 1;
-    json_["nodes"].push_back(std::move(node));
-    json_["scenes"][0]["nodes"].push_back(json_["nodes"].size() - 1);
-  }
-  void write(const std::filesystem::path& folder) {
-    json_["buffers"][0]["byteLength"] = bytes_.size();
-    write_file_atomically(folder / json_["buffers"][0]["uri"].get<std::string>(), bytes_);
-    write_file_atomically(folder / "forest.gltf", std::string_view(json_.dump(1) + "\n"));
-  }
-
- private:
-  json json_;
-  std::vector<std::byte> bytes_;
-};
+int material(GltfFile& file, const std::string& name, const std::array<double, 3>& color,
+             double roughness) {
+  return file.add("materials", {{"name", name},
+                                {"doubleSided", true},
+                                {"pbrMetallicRoughness",
+                                 {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
+                                  {"metallicFactor", 0},
+                                  {"roughnessFactor", roughness}}}});
+}
 
 /// Where the trees of one kind stand.
 struct Places {
@@ -188,31 +135,32 @@ void write_forest(const std::filesystem::path& folder, std::size_t trees) {
     side += side / 32 + 1;
     places = places_of(side);
   }
-  File file("forest.bin");
-  const int bark = file.material("bark", {0.17, 0.11, 0.07}, 0.9);
-  const int grass = file.material("grass", {0.19, 0.24, 0.07}, 1);
+  GltfFile file("forest");
+  file.use_extension("EXT_mesh_gpu_instancing");
+  const int bark = material(file, "bark", {0.17, 0.11, 0.07}, 0.9);
+  const int grass = material(file, "grass", {0.19, 0.24, 0.07}, 1);
   const double extent = spacing * static_cast<double>(side) + 40;
-  file.place("ground", json::array({file.primitive(ground(extent), grass)}), json::object());
+  file.place("ground", json::array({primitive(file, ground(extent), grass)}), json::object());
   for (std::size_t kind = 0; kind < forest_kinds; ++kind) {
     const bool needles = kind < conifers;
     const auto seed = static_cast<int>(kind);
     const double warm = 0.5 + 0.5 * lattice(seed, 0, 7020), light = 0.85 + 0.3 * warm;
     const std::string name = fmt::format("{} {}", needles ? "conifer" : "broadleaf", kind + 1);
-    const int leaves =
-        needles ? file.material(name.c_str(), {0.05 * light, 0.11 * light, 0.04}, 0.8)
-                : file.material(name.c_str(), {0.06 + 0.16 * warm * warm, 0.15, 0.035}, 0.8);
+    const int leaves = needles
+                           ? material(file, name, {0.05 * light, 0.11 * light, 0.04}, 0.8)
+                           : material(file, name, {0.06 + 0.16 * warm * warm, 0.15, 0.035}, 0.8);
     const Tree tree = needles ? conifer(seed) : broadleaf(seed);
     const Places& its = places[kind];
     if (its.translations.empty()) continue;
-    const int translation = file.accessor(its.translations, "VEC3", 5126);
-    const int rotation = file.accessor(its.rotations, "VEC4", 5122, true);
-    const int scale = file.accessor(its.scales, "VEC3", 5126);
+    const int translation = file.accessor(its.translations, Target::other);
+    const int rotation = file.accessor(its.rotations, Target::other, true);
+    const int scale = file.accessor(its.scales, Target::other);
     const json copies{{"TRANSLATION", translation}, {"ROTATION", rotation}, {"SCALE", scale}};
-    file.place(name,
-               json::array({file.primitive(tree.wood, bark), file.primitive(tree.leaves, leaves)}),
-               {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", copies}}}}}});
+    file.place(
+        name, json::array({primitive(file, tree.wood, bark), primitive(file, tree.leaves, leaves)}),
+        {{"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", copies}}}}}});
   }
-  file.write(folder);
+  file.write_gltf(folder, "forest");
   write_file_atomically(folder / "forest.json", std::string_view(scene_text(extent)));
 }
 

@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "scenes/generate/asteroid.hpp"
 #include "scenes/generate/forest.hpp"
+#include "scenes/generate/pottery.hpp"
 
 namespace {
 
@@ -19,6 +20,7 @@ struct Scene {
 constexpr Scene scenes[] = {
     {"asteroid", tessera::generate::write_asteroid, 1'200'000, 12, 200'000'000},
     {"forest", tessera::generate::write_forest, 1'000'000, 1, 10'000'000},
+    {"pottery", tessera::generate::write_pottery, 1'500'000, 1, 100'000'000},
 };
 
 constexpr std::string_view usage =
@@ -26,7 +28,9 @@ constexpr std::string_view usage =
     "Writes a scene that is too large to be kept to the folder:\n"
     "  asteroid   asteroid.json, asteroid.obj: a rock of at least SIZE triangles (1200000)\n"
     "  forest     forest.json, forest.gltf, forest.bin: at least SIZE instances of 20 trees "
-    "(1000000)\n";
+    "(1000000)\n"
+    "  pottery    pottery.glb: 24 pots of at least SIZE triangles in all, with pictures "
+    "(1500000)\n";
 
 int refuse(std::string_view what) {
   fmt::print(stderr, "tessera-scenes: {}\n{}", what, usage);

@@ -27,6 +27,28 @@ Point unit(const Point& v) {
   return {v[0] / length, v[1] / length, v[2] / length};
 }
 
+std::array<double, 2> on_circle(double turns) {
+  const double quarters = 4 * turns, nearest = std::floor(quarters + 0.5);
+  const double x = (quarters - nearest) * 1.5707963267948966, square = x * x;
+  // Taylor's series, to an eighth of a turn.
+  double cosine = 1, sine = 1;
+  for (int n = 16; n > 0; n -= 2) {
+    cosine = 1 - square / (n * (n - 1)) * cosine;
+    sine = 1 - square / (n * (n + 1)) * sine;
+  }
+  sine *= x;
+  switch (static_cast<std::int64_t>(nearest) & 3) {
+    case 0:
+      return {cosine, sine};
+    case 1:
+      return {-sine, cosine};
+    case 2:
+      return {-cosine, -sine};
+    default:
+      return {sine, -cosine};
+  }
+}
+
 Point on_cube(int side, std::size_t i, std::size_t j, std::size_t n) {
   const double u = 2.0 * static_cast<double>(i) / static_cast<double>(n) - 1;
   const double v = 2.0 * static_cast<double>(j) / static_cast<double>(n) - 1;

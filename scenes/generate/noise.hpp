@@ -15,6 +15,8 @@ double lattice(std::int64_t x, std::int64_t y, std::int64_t z);
 double noise(const Point& p);
 
 Point unit(const Point& v);
+/// Cosine and sine of so many turns.
+std::array<double, 2> on_circle(double turns);
 /// Point (i, j) of side `side` of the cube [−1, 1]³, n squares along an edge, counter-clockwise
 /// seen from outside.
 Point on_cube(int side, std::size_t i, std::size_t j, std::size_t n);

@@ -6,6 +6,8 @@
 #include "common/base/digest.hpp"
 #include "scenes/generate/asteroid.hpp"
 #include "scenes/generate/forest.hpp"
+#include "scenes/generate/pot.hpp"
+#include "scenes/generate/pottery.hpp"
 #include "tests/unit/scene/support.hpp"
 
 namespace tessera::generate {
@@ -81,6 +83,54 @@ TEST(Forest, is_the_same_bytes_every_time) {
   for (const char* file : {"forest.json", "forest.gltf", "forest.bin"})
     EXPECT_EQ(digest_of_file(folder.path() / "a" / file),
               digest_of_file(folder.path() / "b" / file));
+}
+
+TEST(Pottery, has_at_least_the_triangles_asked_for_and_three_pictures_of_its_own_for_each_pot) {
+  const TemporaryFolder folder;
+  write_pottery(folder.path() / "new", 20'000);
+  const scene::LoadedScene loaded = scene::load_scene(folder.path() / "new" / "pottery.glb");
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings.front();
+  EXPECT_EQ(loaded.scene.images.size(), 3U * pot_kinds);
+  std::size_t triangles = 0;
+  std::set<std::uint32_t> materials;
+  for (const scene::Shape& shape : loaded.scene.shapes) {
+    const auto& mesh = std::get<scene::Mesh>(shape.geometry);
+    if (mesh.uvs.empty()) continue;  // the room
+    triangles += mesh.triangles.size();
+    materials.insert(shape.material);
+  }
+  EXPECT_GE(triangles, 20'000U);
+  EXPECT_EQ(materials.size(), std::size_t{pot_kinds});
+}
+
+TEST(Pottery, normals_lead_outwards_and_tangents_follow_u_at_right_angles) {
+  const Pot one = pot(3, 60, 30);
+  const auto dot = [](const auto& a, const auto& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  };
+  for (std::size_t i = 0; i < one.normals.size(); ++i) {
+    const auto &n = one.normals[i], &p = one.positions[i];
+    const auto& t = one.tangents[i];
+    EXPECT_NEAR(dot(n, n), 1, 1e-5);
+    EXPECT_NEAR(dot(n, t), 0, 1e-5);
+    EXPECT_EQ(t[3], 1);
+    const bool outer_wall = one.uvs[i][1] > 0.6F;
+    if (outer_wall) {
+      EXPECT_GT(n[0] * p[0] + n[2] * p[2], 0);
+    }
+    if (i == 0 || one.uvs[i - 1][1] != one.uvs[i][1]) continue;
+    const auto& before = one.positions[i - 1];  // further along u
+    const std::array<float, 3> way{before[0] - p[0], before[1] - p[1], before[2] - p[2]};
+    EXPECT_GT(dot(way, t), 0);
+  }
+}
+
+TEST(Pottery, on_circle_is_cosine_and_sine) {
+  for (int i = -40; i < 80; ++i) {
+    const double turns = i / 37.0, angle = 2 * M_PI * turns;
+    EXPECT_NEAR(on_circle(turns)[0], std::cos(angle), 1e-14);
+    EXPECT_NEAR(on_circle(turns)[1], std::sin(angle), 1e-14);
+  }
 }
 
 TEST(Asteroid, the_grid_is_the_smallest_that_has_enough) {
