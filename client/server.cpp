@@ -20,19 +20,21 @@ constexpr std::chrono::seconds event_silence{30};
 }  // namespace
 
 struct Server::State {
-  explicit State(const Settings& settings)
-      : client(context.get_executor(), settings.server, settings.token),
+  explicit State(const Settings& with)
+      : settings(with),
+        client(context.get_executor(), settings.server, settings.token),
         events(context.get_executor(), settings.server, settings.token) {}
 
-  /// Runs the loop until `done`. When a signal comes, what is under way is cancelled, awaited, and
-  /// Interrupted thrown.
-  void run_until(const bool& done) {
+  /// Runs the loop until `done`. When a signal comes, what is under way at `clients` is cancelled,
+  /// awaited, and Interrupted thrown.
+  template <class Clients>
+  void run_until(const bool& done, Clients& clients) {
     bool cancelled = false;
     context.restart();
     while (!done) {
       if (interrupted() && !cancelled) {
         cancelled = true;
-        client.cancel();
+        clients.cancel();
       }
       context.run_one_for(look);
       if (context.stopped()) context.restart();
@@ -41,6 +43,7 @@ struct Server::State {
   }
 
   NotedInterrupts noted;
+  Settings settings;
   boost::asio::io_context context{1};
   net::HttpClient client;
   net::HttpClient events;
@@ -69,7 +72,7 @@ net::HttpResponse Server::send(net::HttpRequest request) {
                           response = std::move(got);
                           done = true;
                         });
-  state_->run_until(done);
+  state_->run_until(done, state_->client);
   if (error) std::rethrow_exception(error);
   return response;
 }
@@ -86,7 +89,21 @@ void Server::download(const std::string& target,
                           error = std::move(thrown);
                           done = true;
                         });
-  state_->run_until(done);
+  state_->run_until(done, state_->client);
+  if (error) std::rethrow_exception(error);
+}
+
+void Server::concurrently(std::size_t count, const Task& task) {
+  bool done = false;
+  std::exception_ptr error;
+  net::HttpClients clients(state_->context.get_executor(), state_->settings.server,
+                           state_->settings.token, count);
+  clients.run([&](net::HttpClient& client) { return task(clients, client); },
+              [&](std::exception_ptr thrown) {
+                error = std::move(thrown);
+                done = true;
+              });
+  state_->run_until(done, clients);
   if (error) std::rethrow_exception(error);
 }
 

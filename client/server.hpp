@@ -6,7 +6,7 @@
 #include "client/settings.hpp"
 #include "common/base/clock.hpp"
 #include "common/base/json.hpp"
-#include "common/net/http_client.hpp"
+#include "common/net/http_clients.hpp"
 
 namespace tessera::client {
 
@@ -31,6 +31,11 @@ class Server {
   Json remove(const std::string& target);
   /// The body goes to `sink` piece by piece.
   void download(const std::string& target, std::function<void(std::span<const std::byte>)> sink);
+
+  /// Runs `task` on `count` connections of their own at once, until all have ended.
+  using Task =
+      std::function<boost::asio::awaitable<void>(net::HttpClients& all, net::HttpClient& client)>;
+  void concurrently(std::size_t count, const Task& task);
 
   /// Listens to server-sent events of `target` from now on, in the background of the other calls.
   /// Where the stream breaks it is simply gone; call again to have another.

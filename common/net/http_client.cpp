@@ -219,6 +219,7 @@ asio::awaitable<HttpResponse> HttpClient::Impl::read(std::shared_ptr<Wire> wire,
   response.status = parser.get().result_int();
   for (const auto& field : parser.get())
     response.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+  if (request.head) request.head(response);
   const Sink to_memory = [&response, &request](std::span<const std::byte> bytes) {
     if (response.body.size() + bytes.size() > request.response_most)
       throw Error(ErrorKind::too_large,
@@ -249,10 +250,10 @@ asio::awaitable<HttpResponse> HttpClient::Impl::once(std::shared_ptr<Wire> wire,
 asio::awaitable<HttpResponse> HttpClient::Impl::run(HttpRequest request, const Sink* sink) {
   // A kept connection may have been closed by the server meanwhile. Then a request that may be
   // repeated is, on a new one; the others always go over a new one, as nobody could say whether
-  // they were carried out.
+  // they were carried out. Of a file, who sends it knows better how it goes on.
   std::shared_ptr<Wire> wire = std::exchange(kept, nullptr);
   if (!repeatable(request.method)) wire.reset();
-  const bool may_repeat = wire && wire->used;
+  const bool may_repeat = wire && wire->used && !request.file;
   if (!wire) wire = new_wire();
   std::optional<HttpResponse> response;
   try {

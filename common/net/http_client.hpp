@@ -27,6 +27,14 @@ struct FileRange {
   std::function<void(std::uint64_t)> sent;
 };
 
+struct HttpResponse {
+  int status = 0;
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::string body;
+  /// The first header of this name, in any case; empty if there is none.
+  [[nodiscard]] std::string header(std::string_view name) const;
+};
+
 struct HttpRequest {
   std::string method = "GET";  ///< GET, HEAD, POST, PUT, PATCH or DELETE
   std::string target = "/";    ///< path and query, already encoded
@@ -38,14 +46,8 @@ struct HttpRequest {
   Duration time =
       std::chrono::seconds(30);  ///< for each step: connect, one piece sent, one piece received
   bool errors_throw = true;      ///< false: a status of 400 and above is given back like any other
-};
-
-struct HttpResponse {
-  int status = 0;
-  std::vector<std::pair<std::string, std::string>> headers;
-  std::string body;
-  /// The first header of this name, in any case; empty if there is none.
-  [[nodiscard]] std::string header(std::string_view name) const;
+  /// Told, if given, the answer's status and headers before its body comes.
+  std::function<void(const HttpResponse&)> head;
 };
 
 /// One server-sent event.

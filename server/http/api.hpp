@@ -27,6 +27,7 @@ struct HttpCounters {
   std::uint64_t connections_accepted = 0;
   std::uint64_t connections_refused = 0;
   std::size_t connections_open = 0;
+  std::uint64_t blob_bytes_received = 0;  ///< of uploads, as far as they came
 };
 
 /// Everything that handlers work with. On the I/O thread; `files` is where file work is done.

@@ -174,6 +174,8 @@ std::string metrics_text(const std::vector<JobStatus>& jobs, const std::vector<W
              "HTTP connections refused because there were too many.", http.connections_refused);
   out.single("http_connections", "gauge", "HTTP connections open at present.",
              http.connections_open);
+  out.single("blob_bytes_received_total", "counter", "Bytes of uploads that came, blobs and parts.",
+             http.blob_bytes_received);
   out.single("process_cpu_seconds_total", "counter", "CPU time of this process, user and system.",
              process.cpu_seconds);
   out.single("process_resident_bytes", "gauge", "Memory of this process that is resident.",

@@ -92,6 +92,7 @@ boost::asio::awaitable<Upload> receive(Call& call, const Digest& digest, std::ui
     const std::size_t size =
         call.request.body == nullptr ? 0 : co_await call.request.body->read(buffer);
     if (size == 0 && !first) break;
+    call.api.counters.blob_bytes_received += size;
     if (size > most - upload.position)
       throw Error(ErrorKind::too_large,
                   fmt::format("the body goes beyond the {} bytes that the blob may have", most));

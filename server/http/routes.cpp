@@ -17,6 +17,11 @@ constexpr std::array idempotency = {
     Parameter{"Idempotency-Key",
               "a name for this request, in quotes (draft-ietf-httpapi-idempotency-key-header): a "
               "repetition under it gives the first one's job, also after a restart"}};
+constexpr std::array upload = {
+    Parameter{"Upload-Offset", "where in the blob the body begins, in bytes; 0 unless given"},
+    Parameter{"Upload-Length", "bytes of the whole blob; unless given it ends with the body"}};
+constexpr std::array range = {
+    Parameter{"Range", "bytes=FIRST-LAST: a part of the blob (RFC 9110, 14.2)"}};
 constexpr Refusal no_room{"507", "The server's disk is full, or holds as much as it may"};
 constexpr std::array submit_refusals = {
     Refusal{"409", "The bundle, or a blob that it names, is lacking"},
@@ -46,18 +51,24 @@ constexpr Role blob_reader = Role::blob_reader;
 constexpr std::array table = {
     Route{"POST", "/v1/blobs/missing", blobs_missing, user, json,
           "Which of these blobs are lacking"},
-    Route{"GET", "/v1/blobs/{sha256}", get_blob, blob_reader, "application/octet-stream",
-          "A blob, or a range of it"},
+    Route{"GET",
+          "/v1/blobs/{sha256}",
+          get_blob,
+          blob_reader,
+          "application/octet-stream",
+          "A blob, or a range of it",
+          {},
+          range},
     Route{"HEAD", "/v1/blobs/{sha256}", head_blob, blob_reader, "application/octet-stream",
-          "Whether a blob is there, and how much of a broken-off upload is"},
+          "Whether a blob is there; if not, Upload-Offset says how much of a broken-off upload is"},
     Route{"PUT",
           "/v1/blobs/{sha256}",
           put_blob,
           user,
           json,
-          "Store a blob, whole or from an offset",
+          "Store a blob, whole or from an offset; what has come of one that breaks off is kept",
           {},
-          {},
+          upload,
           upload_refusals},
     Route{"POST",
           "/v1/jobs",

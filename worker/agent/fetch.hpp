@@ -15,7 +15,7 @@ namespace tessera::agent {
 
 struct FetchSettings {
   std::uint64_t cache_bytes = 10ULL << 30;
-  int tries = 4;                                         ///< of each blob
+  int tries = 4;  ///< of each blob, that bring nothing of it, one after another
   Duration first_wait = std::chrono::milliseconds(250);  ///< between tries; doubled each time
 };
 
@@ -30,20 +30,15 @@ class Fetcher {
  public:
   Fetcher(assets::BlobStore& cache, FetchSettings settings) : cache_(cache), settings_(settings) {}
 
-  /// Fetches what is lacking from {blob_url}/v1/blobs/{sha256}; blobs that lay in the cache are
-  /// read through once before they are trusted. Blocks; nothing if `stop` was asked for. Throws
-  /// Error that names the blob.
+  /// Fetches what is lacking from {blob_url}/v1/blobs/{sha256}, several at once; one that breaks
+  /// off goes on where it broke off. Blobs that lay in the cache are read through once before they
+  /// are trusted. Blocks; nothing if `stop` was asked for. Throws Error that names the blob.
   std::optional<FetchedBundle> fetch(const Digest& bundle, const std::string& blob_url,
                                      const std::string& token, const Fraction& progress,
                                      std::stop_token stop);
 
  private:
-  struct Source;
   bool here(const Digest& digest);
-  void get(Source& source, const Digest& digest, std::uint64_t most,
-           const std::function<void(std::uint64_t)>& on_bytes);
-  void get_once(Source& source, const Digest& digest, std::uint64_t most,
-                const std::function<void(std::uint64_t)>& on_bytes);
 
   assets::BlobStore& cache_;
   FetchSettings settings_;

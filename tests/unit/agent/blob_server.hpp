@@ -14,7 +14,8 @@
 
 namespace tessera::agent {
 
-/// Serves blobs at /v1/blobs/{sha256}, one connection at a time, one request a connection.
+/// Serves blobs at /v1/blobs/{sha256}, and what is left of them from a byte on, one connection at a
+/// time, one request a connection.
 class BlobServer {
  public:
   BlobServer() : thread_([this] { serve(); }) {}
@@ -36,6 +37,10 @@ class BlobServer {
     const std::lock_guard lock(mutex_);
     blobs_[digest.hex()] = bytes;
   }
+  std::string text_of(const Digest& digest) {
+    const std::lock_guard lock(mutex_);
+    return blobs_.at(digest.hex());
+  }
   /// A scene of two files; gives the bundle's digest.
   Digest add_scene(const std::string& scene_text, const std::string& mesh) {
     assets::Bundle bundle;
@@ -49,6 +54,9 @@ class BlobServer {
   }
   std::atomic<int> requests = 0;
   std::atomic<int> break_next = 0;  ///< so many requests are answered with nothing
+  std::atomic<int> cut_next = 0;    ///< so many with half of what is left, and no more
+  std::atomic<bool> knows_ranges = true;
+  std::atomic<std::size_t> body_bytes = 0;  ///< sent in all
 
  private:
   void serve() {
@@ -68,14 +76,24 @@ class BlobServer {
       const bool admitted = request.find("Authorization: Bearer blobs\r\n") != std::string::npos;
       const auto found = blobs_.find(request.substr(std::string("GET /v1/blobs/").size(), 64));
       const bool there = found != blobs_.end();
-      std::string answer = !admitted ? "HTTP/1.1 401 No\r\n"
-                           : there   ? "HTTP/1.1 200 OK\r\n"
-                                     : "HTTP/1.1 404 No\r\n";
-      const std::string body = admitted && there ? found->second : "";
-      answer +=
-          "Connection: close\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
-      boost::asio::write(socket, boost::asio::buffer(answer), error);
+      std::string body = admitted && there ? found->second : "";
+      const std::size_t range = knows_ranges ? request.find("Range: bytes=") : std::string::npos;
+      const bool part = there && range != std::string::npos;
+      if (part) body = body.substr(std::stoul(request.substr(range + 13)));
+      const std::string length = std::to_string(body.size());
+      if (there && cut_next > 0 && --cut_next >= 0) body.resize(body.size() / 2);
+      body_bytes += body.size();
+      boost::asio::write(
+          socket, boost::asio::buffer(head(admitted, there, part) + length + "\r\n\r\n" + body),
+          error);
     }
+  }
+  static std::string head(bool admitted, bool there, bool part) {
+    const std::string status = !admitted ? "401 No"
+                               : !there  ? "404 No"
+                               : part    ? "206 Part"
+                                         : "200 OK";
+    return "HTTP/1.1 " + status + "\r\nConnection: close\r\nContent-Length: ";
   }
   std::map<std::string, std::string> blobs_;
   std::mutex mutex_;

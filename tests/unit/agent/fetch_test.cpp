@@ -20,6 +20,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
 class FetchTest : public testing::Test {
  protected:
   std::filesystem::path folder =
@@ -86,6 +90,43 @@ TEST_F(FetchTest, a_broken_connection_is_tried_again_but_not_for_ever) {
   const Digest other = server.add_scene("c", "d");
   server.break_next = 1000;
   EXPECT_EQ(error_of(other), ErrorKind::unreachable);
+}
+
+TEST_F(FetchTest, what_breaks_off_goes_on_where_it_was_as_often_as_it_gets_on) {
+  const std::string mesh = "mesh" + std::string(1 << 20, 'm');
+  const Digest bundle = server.add_scene("a", mesh);
+  ASSERT_TRUE(fetch(server.add_scene("a", "b")));  // so that the mesh alone is cut
+  cache.put(bytes_of(server.text_of(bundle)));
+  server.body_bytes = 0;
+  server.cut_next = 8;  // more often than it would be tried if nothing came
+  ASSERT_TRUE(fetch(bundle));
+  EXPECT_EQ(server.body_bytes, mesh.size()) << "no byte came twice";
+  EXPECT_EQ(digest_of_file(cache.path(digest_of(mesh))), digest_of(mesh));
+}
+
+TEST_F(FetchTest, a_server_that_knows_no_ranges_sends_all_again) {
+  const std::string mesh(100'000, 'm');
+  const Digest bundle = server.add_scene("a", mesh);
+  ASSERT_TRUE(fetch(server.add_scene("a", "b")));  // so that the mesh alone is cut
+  cache.put(bytes_of(server.text_of(bundle)));
+  server.knows_ranges = false;
+  server.cut_next = 1;
+  ASSERT_TRUE(fetch(bundle));
+  EXPECT_EQ(digest_of_file(cache.path(digest_of(mesh))), digest_of(mesh));
+}
+
+TEST_F(FetchTest, many_files_come_several_at_once_and_each_once) {
+  assets::Bundle bundle;
+  bundle.scene = "0";
+  for (int i = 0; i < 100; ++i) {
+    const std::string text = "file " + std::to_string(i / 2);
+    bundle.files[std::to_string(i)] = {.digest = server.add(text), .size = text.size()};
+  }
+  const auto fetched = fetch(server.add(assets::canonical_json(bundle)));
+  ASSERT_TRUE(fetched);
+  EXPECT_EQ(server.requests, 1 + 50);
+  for (const auto& [path, file] : fetched->files)
+    EXPECT_EQ(digest_of_file(file), bundle.files.at(path).digest) << path;
 }
 
 TEST_F(FetchTest, what_will_not_change_is_not_tried_again) {
