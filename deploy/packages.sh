@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that a purpose needs, and nothing if they are there: packages.sh build|test|check|plot …
+# Installs the Debian packages that a purpose needs, and nothing if they are there: packages.sh build|test|check|plot|peer …
 # Debian 12 (bookworm) and 13 (trixie); as root, or as a user with sudo.
 set -euo pipefail
 
@@ -16,9 +16,10 @@ for purpose in "$@"; do
       nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libjpeg-dev libwebp-dev libisal-dev
       libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libdraco-dev libstb-dev fonts-dejavu-core) ;;
     test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
+    peer) wanted+=(blender python3-numpy) ;;
     plot) wanted+=(gnuplot-nox bsdextrautils) ;;
     check) wanted+=(clang-format clang-tidy clang libclang-rt-dev llvm) ;;
-    *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test, check or plot)" >&2; exit 2 ;;
+    *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test, check, plot or peer)" >&2; exit 2 ;;
   esac
 done
 
