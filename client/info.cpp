@@ -3,7 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/commands.hpp"
-#include "client/prepare.hpp"
+#include "client/overrides.hpp"
+#include "client/preflight.hpp"
 #include "client/print.hpp"
 #include "client/scene_facts.hpp"
 
@@ -11,7 +12,10 @@ namespace tessera::client {
 
 int info(const Settings& settings, const InfoOptions& options) {
   const NamedScene scene = named_scene(options.scene, options.overrides);
-  const SceneFacts facts = facts_of(load_named_scene(scene));
+  const scene::LoadedScene loaded = survey_named_scene(scene);
+  Preflight preflight;
+  preflight.check(loaded);
+  const SceneFacts facts = facts_of(loaded, preflight.decoded_bytes());
   if (settings.json)
     print_json(to_json(facts));
   else

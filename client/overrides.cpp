@@ -51,7 +51,7 @@ class Override {
   NamedScene make() {
     const fs::path folder = scene_.parent_path();
     if (!overrides_.any()) return {OverlayFiles(folder, {}), name_, {}, {}};
-    const scene::LoadedScene loaded = load_named_scene(scene::FolderFiles(folder), name_);
+    const scene::LoadedScene loaded = survey_named_scene(scene::FolderFiles(folder), name_);
     const bool gltf = scene::gltf::is_gltf(name_);
     Json document =
         gltf ? including(loaded.scene)
@@ -126,9 +126,9 @@ NamedScene named_scene(const fs::path& scene, const SceneOverrides& overrides) {
   return Override(scene, overrides).make();
 }
 
-scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path) {
+scene::LoadedScene survey_named_scene(const scene::SceneFiles& files, const std::string& path) {
   try {
-    return scene::load_scene(files, path);
+    return scene::survey_scene(files, path);
   } catch (const Error& error) {
     // A scene that is not there was named wrongly: the command's input, not something that it did,
     // is at fault.
@@ -138,14 +138,19 @@ scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::s
   }
 }
 
-scene::LoadedScene load_named_scene(const NamedScene& scene) {
-  try {
-    return load_named_scene(scene.files, scene.path);
-  } catch (const Error& error) {
+scene::LoadedScene survey_named_scene(const NamedScene& scene) {
+  const auto told = [&](const Error& error) {
     Place place = error.place();
-    if (scene.edited.empty() || place.file != scene.files.shown(scene.path)) throw;
+    if (scene.edited.empty() || place.file != scene.files.shown(scene.path)) return error;
     place.line = place.column = 0;
-    throw Error(error.kind(), error.message(), place);
+    return Error(error.kind(), error.message(), place);
+  };
+  try {
+    scene::LoadedScene out = survey_named_scene(scene.files, scene.path);
+    for (Error& problem : out.problems) problem = told(problem);
+    return out;
+  } catch (const Error& error) {
+    throw told(error);
   }
 }
 

@@ -35,10 +35,11 @@ struct NamedScene {
 /// included by a document beside it. Throws Error{bad_input} that names the flag.
 NamedScene named_scene(const std::filesystem::path& scene, const SceneOverrides& overrides);
 
-/// Reads it. An error in the document has no line of any file; the keys are said.
-scene::LoadedScene load_named_scene(const NamedScene& scene);
+/// As survey_scene(). An error in the document has no line of any file; the keys are said.
+scene::LoadedScene survey_named_scene(const NamedScene& scene);
 
-/// Reads a scene that a command names; one that is not there is bad input like any other.
-scene::LoadedScene load_named_scene(const scene::SceneFiles& files, const std::string& path);
+/// As survey_scene(), of a scene that a command names; one that is not there is bad input like any
+/// other.
+scene::LoadedScene survey_named_scene(const scene::SceneFiles& files, const std::string& path);
 
 }  // namespace tessera::client

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "client/interrupt.hpp"
 #include "common/base/error.hpp"
@@ -14,7 +13,8 @@ namespace tessera::client {
 
 namespace {
 
-void decode(const scene::FileRange& range, const std::string& name) {
+/// How many bytes its texels have.
+std::uint64_t decode(const scene::FileRange& range, const std::string& name) {
   const std::uint64_t size =
       range.size != 0 ? range.size : std::filesystem::file_size(range.file) - range.offset;
   if (size > limits::image_file_bytes)
@@ -23,31 +23,28 @@ void decode(const scene::FileRange& range, const std::string& name) {
                 {.file = name, .key = {}});
   std::vector<std::byte> bytes(size);
   File(range.file, O_RDONLY).read_at(bytes, range.offset);
-  (void)image::decode_texels(bytes, name);
+  return image::decode_texels(bytes, name).bytes.size();
 }
 
 }  // namespace
 
-void Preflight::check_pictures(const scene::Scene& scene) {
-  std::vector<std::string> problems;
-  for (const scene::Image& image : scene.images) {
+void Preflight::check(const scene::LoadedScene& loaded) {
+  std::vector<Error> problems = loaded.problems;
+  for (const scene::Image& image : loaded.scene.images) {
     throw_if_interrupted();
     try {
       if (const auto* range = std::get_if<scene::FileRange>(&image.encoded)) {
-        if (seen_.insert({range->file, range->offset}).second) decode(*range, image.name);
+        if (seen_.insert({range->file, range->offset}).second)
+          decoded_bytes_ += decode(*range, image.name);
       } else {
-        (void)image::decode_texels(
-            *std::get<std::shared_ptr<const std::vector<std::byte>>>(image.encoded), image.name);
+        const auto& held = *std::get<std::shared_ptr<const std::vector<std::byte>>>(image.encoded);
+        decoded_bytes_ += image::decode_texels(held, image.name).bytes.size();
       }
     } catch (const Error& error) {
-      problems.emplace_back(error.what());
+      problems.push_back(error);
     }
   }
-  if (problems.empty()) return;
-  throw Error(ErrorKind::bad_input,
-              problems.size() == 1 ? problems[0]
-                                   : fmt::format("{} pictures cannot be shown:\n  {}",
-                                                 problems.size(), fmt::join(problems, "\n  ")));
+  if (!problems.empty()) throw scene::as_one(problems);
 }
 
 }  // namespace tessera::client

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene/description.hpp"
+#include "common/scene/scene_file.hpp"
 
 namespace tessera::client {
 
@@ -14,11 +14,15 @@ namespace tessera::client {
 /// later and far away. Each picture is decoded once, however many scenes use it.
 class Preflight {
  public:
-  /// Throws Error{bad_input} that lists all pictures that cannot be decoded, with the reasons.
-  void check_pictures(const scene::Scene& scene);
+  /// Throws one Error that lists all files which cannot be used, with the reasons: the scene's
+  /// problems, and pictures that cannot be decoded.
+  void check(const scene::LoadedScene& loaded);
+  /// Of the pictures that were checked, decoded.
+  [[nodiscard]] std::uint64_t decoded_bytes() const { return decoded_bytes_; }
 
  private:
   std::set<std::pair<std::filesystem::path, std::uint64_t>> seen_;  ///< file, place in it
+  std::uint64_t decoded_bytes_ = 0;
 };
 
 }  // namespace tessera::client

@@ -43,8 +43,8 @@ std::string motion_note(double duration, double fps) {
 
 PreparedJob prepare(const JobOptions& options) {
   NamedScene named = named_scene(options.scene, options.overrides);
-  scene::LoadedScene loaded = load_named_scene(named);
-  Preflight().check_pictures(loaded.scene);
+  scene::LoadedScene loaded = survey_named_scene(named);
+  Preflight().check(loaded);
   PreparedJob out;
   out.warnings = std::move(loaded.warnings);
   out.spec = job_from(loaded.scene, options,

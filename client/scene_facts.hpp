@@ -22,7 +22,9 @@ struct SceneFacts {
   bool environment = false;
   std::size_t textures = 0, images = 0;
   std::uint64_t image_bytes = 0;     ///< as they are encoded
+  std::uint64_t texture_bytes = 0;   ///< in a worker's memory, with their mip levels
   std::uint64_t geometry_bytes = 0;  ///< of vertices and faces, without the hierarchy over them
+  std::uint64_t memory_bytes = 0;    ///< that a worker needs for all of it, about
   std::vector<std::string> variants, animations;
   std::vector<std::string> cameras;
   double duration = 0;  ///< of what moves, seconds
@@ -31,7 +33,8 @@ struct SceneFacts {
   std::vector<std::string> warnings;
 };
 
-SceneFacts facts_of(const scene::LoadedScene& loaded);
+/// `decoded_bytes`: of its pictures.
+SceneFacts facts_of(const scene::LoadedScene& loaded, std::uint64_t decoded_bytes);
 Json to_json(const SceneFacts& facts);
 /// Lines for a person.
 std::string text_of(const SceneFacts& facts);

@@ -43,7 +43,7 @@ class Preparer {
     NamedScene named = named_scene(job.scene, job.overrides);
     Json original;
     if (edits) {
-      (void)load_named_scene(named);
+      preflight_.check(survey_named_scene(named));
       original =
           parse_json(named.document.empty() ? read_text_file(job.scene, limits::scene_json_bytes)
                                             : named.document,
@@ -68,7 +68,7 @@ class Preparer {
     const fs::path& file = plan_.cells.front().job.scene;
     scene::LoadedScene loaded = [&] {
       try {
-        return load_named_scene(files, path);
+        return survey_named_scene(files, path);
       } catch (const Error& error) {
         if (plan_.scenes[index].empty()) throw;
         std::string values;
@@ -78,7 +78,7 @@ class Preparer {
         fail_with(error, values, true);
       }
     }();
-    preflight_.check_pictures(loaded.scene);
+    preflight_.check(loaded);
     if (index == 0)
       out_.scene_name = loaded.scene.name.empty() ? file.stem().string() : loaded.scene.name;
     for (std::string& warning : loaded.warnings)

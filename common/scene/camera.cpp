@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
+#include <unordered_set>
 
 #include "common/base/names.hpp"
 #include "common/scene/parts.hpp"
@@ -124,11 +126,11 @@ std::vector<Camera> read_cameras(Fields& root) {
   if (one) return {read_camera(*one, 0)};
   if (!list) (void)root.required("camera");
   std::vector<Camera> out;
+  std::unordered_set<std::string> names;
   for (const Value& value : list->items("a list of cameras")) {
     Camera camera = read_camera(value, out.size());
-    for (const Camera& other : out)
-      if (other.name == camera.name)
-        value.fail(fmt::format("two cameras have the name \"{}\"", camera.name));
+    if (!names.insert(camera.name).second)
+      value.fail(fmt::format("two cameras have the name \"{}\"", camera.name));
     out.push_back(std::move(camera));
   }
   if (out.empty()) list->fail("expected at least one camera");

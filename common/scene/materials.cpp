@@ -154,6 +154,23 @@ void read_common(Fields& in, Material& out, Reading& reading) {
   out.priority = static_cast<std::int32_t>(in.integer_or("priority", -1000, 1000, out.priority));
 }
 
+bool is_unlit(const Material& material) {
+  const auto* const principled = std::get_if<Principled>(&material.surface);
+  return principled != nullptr && principled->unlit;
+}
+
+/// True if light passes it into an inside, whose other end it must find.
+bool has_inside(const Material& material) {
+  if (const auto* glass = std::get_if<Dielectric>(&material.surface)) return !glass->thin_walled;
+  const auto* const principled = std::get_if<Principled>(&material.surface);
+  return principled != nullptr && !principled->thin_walled && principled->transmission.factor != 0;
+}
+
+void check_culling(Fields& in, const Material& material, const Material& part) {
+  if (material.back_culled && has_inside(part))
+    in.required("back_culled").fail("what light passes into has a back from which it leaves");
+}
+
 using MaterialIndex = std::unordered_map<std::string, std::uint32_t>;
 
 /// One of the two that a mix names.
@@ -169,6 +186,7 @@ std::uint32_t part_of_mix(const Value& value, const std::vector<Material>& all,
   const Material& part = all[found->second];
   if (std::holds_alternative<Mix>(part.surface)) value.fail("a mix cannot be part of a mix");
   if (is_light(part)) value.fail("what emits cannot be part of a mix");
+  if (is_unlit(part)) value.fail("what is unlit cannot be part of a mix");
   if (part.opacity.mode != Opacity::Mode::opaque || part.back_culled || part.priority != 0 ||
       part.normal_map || part.bump_map)
     value.fail(
@@ -203,15 +221,20 @@ std::vector<Material> read_materials(const Value& materials, Reading& reading) {
     for (const MaterialType& known : material_types)
       if (type == known.name) out.push_back({name, known.read(fields, reading)});
     read_common(fields, out.back(), reading);
-    if (type == "mix") mixes.emplace_back(out.size() - 1, fields.required("materials"));
+    check_culling(fields, out.back(), out.back());
+    if (type == "mix") mixes.emplace_back(out.size() - 1, member.value);
     fields.finish();
   }
-  for (const auto& [at, list] : mixes) {
+  for (const auto& [at, value] : mixes) {
+    Fields fields(value);
+    const Value list = fields.required("materials");
     const std::vector<Value> parts = list.items("a list of two materials");
     if (parts.size() != 2) list.fail_expected("a list of two materials");
     auto& mixed = std::get<Mix>(out[at].surface);
     mixed.first = part_of_mix(parts[0], out, index);
     mixed.second = part_of_mix(parts[1], out, index);
+    for (const std::uint32_t part : {mixed.first, mixed.second})
+      check_culling(fields, out[at], out[part]);
   }
   return out;
 }

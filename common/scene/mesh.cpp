@@ -92,13 +92,17 @@ Mesh read_mesh(Fields& in, Reading& reading) {
     if (const auto value = in.optional(key))
       value->fail(
           fmt::format("{} and file exclude each other: a mesh is inline or in a file", key));
-  const std::filesystem::path place = reading.use_file(*file);
+  std::filesystem::path place;
+  if (!reading.attempt([&] { place = reading.use_file(*file); })) return {};
   const std::string& name = file->text();
   const bool obj = name.ends_with(".obj") || name.ends_with(".OBJ");
   if (!obj && !name.ends_with(".ply") && !name.ends_with(".PLY"))
     file->fail_expected("the name of a mesh file that ends in .obj or .ply");
-  if (!reading.meshes()) return {};
-  return obj ? read_obj(place, reading.shown(name)) : read_ply(place, reading.shown(name));
+  Mesh out;
+  reading.attempt([&] {
+    out = obj ? read_obj(place, reading.shown(name)) : read_ply(place, reading.shown(name));
+  });
+  return out;
 }
 
 }  // namespace tessera::scene

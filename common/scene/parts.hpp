@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/error.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/description.hpp"
 #include "common/scene/fields.hpp"
@@ -26,8 +27,7 @@ struct TextureSource {
 /// What reading a shape may need beside its own keys.
 class Reading {
  public:
-  Reading(const SceneFiles& files, bool meshes, Moment moment)
-      : files_(files), meshes_(meshes), moment_(std::move(moment)) {}
+  Reading(const SceneFiles& files, Moment moment) : files_(files), moment_(std::move(moment)) {}
 
   /// Where the file that `value` names is; notes that the scene uses it. Throws at `value` if there
   /// is none.
@@ -38,11 +38,22 @@ class Reading {
   /// The name of a file of the scene, for errors.
   [[nodiscard]] std::string shown(const std::string& path) const { return files_.shown(path); }
   [[nodiscard]] const Moment& moment() const { return moment_; }
-  /// False if mesh files need only be there.
-  [[nodiscard]] bool meshes() const { return meshes_; }
   [[nodiscard]] const std::vector<UsedFile>& used() const { return used_; }
 
-  /// The picture in the file that `value` names, each file once.
+  /// Calls `read`, which reads a file; false, and a problem more, if it throws an Error.
+  template <class Read>
+  bool attempt(const Read& read) {
+    try {
+      read();
+      return true;
+    } catch (const Error& error) {
+      problems.push_back(error);
+      return false;
+    }
+  }
+
+  /// The picture in the file that `value` names, each file once; 0 and a problem more if there is
+  /// none.
   std::uint32_t use_image(const Value& value);
   /// A texture that an input uses: its index in `textures`. `meant` is what the input's texels mean
   /// where the texture does not say it.
@@ -55,6 +66,7 @@ class Reading {
 
   std::vector<Material> materials;
   std::vector<std::string> warnings, variants, animations;
+  std::vector<Error> problems;  ///< of files, as in LoadedScene
   std::vector<Image> images;
   std::vector<Texture> textures;
   double duration = 0;  ///< this and the next as in LoadedScene
@@ -62,7 +74,6 @@ class Reading {
 
  private:
   const SceneFiles& files_;
-  bool meshes_;
   Moment moment_;
   std::vector<UsedFile> used_;
   std::vector<std::pair<std::string, TextureSource>> named_textures_;

@@ -7,7 +7,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <type_traits>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -183,11 +185,16 @@ class Reader {
     if (element.has_list()) refuse("a vertex with a list");
     std::vector<Target> targets;
     std::array<std::size_t, 5> there{};
-    bool bytes = false;
+    std::set<std::pair<Target::What, std::size_t>> seen;
+    float one = 1;  // what full colour is
     for (const Property& property : element.properties) {
       targets.push_back(target_of(property.name));
       ++there[static_cast<std::size_t>(targets.back().what)];
-      if (targets.back().what == Target::What::color) bytes = bytes || property.type == Type::uint8;
+      const Target& target = targets.back();
+      if (target.what == Target::What::nothing) continue;
+      if (!seen.insert({target.what, target.index}).second)
+        refuse(fmt::format("vertices have \"{}\" twice, or a second name for it", property.name));
+      if (target.what == Target::What::color) one = std::max(one, full(property.type));
     }
     if (there[1] != 3) refuse("expected vertices with x, y and z");
     const bool normals = there[2] == 3, uvs = there[3] == 2, colors = there[4] >= 3;
@@ -196,7 +203,7 @@ class Reader {
     if (uvs) mesh_.uvs.resize(element.count);
     if (colors) mesh_.colors.resize(element.count);
     std::array<std::array<float, 4>, 5> values{};
-    values[4][3] = bytes ? 255.0F : 1.0F;
+    values[4][3] = one;
     for (std::size_t i = 0; i < element.count; ++i) {
       for (std::size_t k = 0; k < targets.size(); ++k)
         if (!cursor_.read(element.properties[k].type,
@@ -208,15 +215,23 @@ class Reader {
           refuse(fmt::format("vertex {} is not within {}", i, length_most));
       if (normals) mesh_.normals[i] = {values[2][0], values[2][1], values[2][2]};
       if (uvs) mesh_.uvs[i] = {values[3][0], 1 - values[3][1]};
-      if (colors) mesh_.colors[i] = color_of(values[4], bytes);
+      if (colors) mesh_.colors[i] = color_of(values[4], one);
+      for (const float x :
+           {values[3][0], values[3][1], values[4][0], values[4][1], values[4][2], values[4][3]})
+        if (!std::isfinite(x)) refuse(fmt::format("vertex {} has a number that is none", i));
     }
     if (normals) check_normals();
   }
 
-  static std::array<float, 4> color_of(std::array<float, 4> color, bool bytes) {
+  static float full(Type type) {
+    if (type == Type::uint8) return 255;
+    return type == Type::uint16 ? 65535 : 1;
+  }
+  /// Whole numbers are sRGB, others linear.
+  static std::array<float, 4> color_of(std::array<float, 4> color, float one) {
     for (std::size_t i = 0; i < 4; ++i) {
-      const float value = bytes ? color[i] / 255.0F : color[i];
-      color[i] = std::clamp(bytes && i < 3 ? linear_from_srgb(value) : value, 0.0F, 1.0F);
+      const float value = std::clamp(color[i] / one, 0.0F, 1.0F);
+      color[i] = one > 1 && i < 3 ? linear_from_srgb(value) : value;
     }
     return color;
   }

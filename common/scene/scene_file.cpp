@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
@@ -32,17 +33,20 @@ fs::path Reading::use_file(const Value& value) {
 }
 
 Scene Reading::load_part(const Value& file, gltf::Options options) {
-  (void)use_file(file);
-  options.meshes = meshes_;
   options.whole = false;
   options.moment = {.time = moment_.time, .made_up = std::nullopt};
-  LoadedScene part = gltf::load(files_, checked_path(file.text()), options);
+  LoadedScene part;
+  attempt([&] {
+    (void)use_file(file);
+    part = gltf::load(files_, checked_path(file.text()), options);
+  });
   duration = std::max(duration, part.duration);
   for (UsedFile& used : part.files)
     if (std::none_of(used_.begin(), used_.end(),
                      [&](const UsedFile& other) { return other.path == used.path; }))
       used_.push_back(std::move(used));
   std::move(part.warnings.begin(), part.warnings.end(), std::back_inserter(warnings));
+  std::move(part.problems.begin(), part.problems.end(), std::back_inserter(problems));
   std::move(part.variants.begin(), part.variants.end(), std::back_inserter(variants));
   std::move(part.animations.begin(), part.animations.end(), std::back_inserter(animations));
   return std::move(part.scene);
@@ -224,14 +228,12 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
   return read_scene(root, reading);
 }
 
-LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes,
-                 const Moment& moment) {
+LoadedScene load(const SceneFiles& files, const std::string& path, const Moment& moment) {
   const std::string checked = checked_path(path);
-  if (gltf::is_gltf(checked))
-    return gltf::load(files, checked, {.meshes = meshes, .moment = moment});
+  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.moment = moment});
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
-  Reading reading(files, meshes, moment);
+  Reading reading(files, moment);
   LoadedScene out;
   out.scene = parse(read_file(file, name, limits::scene_json_bytes), name, reading);
   out.files.push_back({checked, file});
@@ -239,6 +241,7 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes,
     if (used.path != checked) out.files.push_back(used);
   out.duration = reading.duration;
   out.made_up = reading.made_up;
+  out.problems = std::move(reading.problems);
   out.warnings = std::move(reading.warnings);
   out.variants = std::move(reading.variants);
   out.animations = std::move(reading.animations);
@@ -247,21 +250,37 @@ LoadedScene load(const SceneFiles& files, const std::string& path, bool meshes,
 
 }  // namespace
 
+Error as_one(const std::vector<Error>& problems) {
+  constexpr std::size_t listed_most = 100;
+  std::unordered_set<std::string> said;  // a file may be named at several places
+  std::string list;
+  for (const Error& problem : problems)
+    if (said.insert(problem.what()).second && said.size() <= listed_most)
+      list += fmt::format("\n  {}", problem.what());
+  if (said.size() == 1) return problems.front();
+  if (said.size() > listed_most) list += fmt::format("\n  and {} more", said.size() - listed_most);
+  return {ErrorKind::bad_input, fmt::format("{} files cannot be used:{}", said.size(), list)};
+}
+
+LoadedScene survey_scene(const SceneFiles& files, const std::string& path) {
+  return load(files, path, Moment{});
+}
+
 LoadedScene load_scene(const SceneFiles& files, const std::string& path, const Moment& moment) {
-  return load(files, path, true, moment);
+  LoadedScene out = load(files, path, moment);
+  if (!out.problems.empty()) throw as_one(out.problems);
+  return out;
 }
 
 LoadedScene load_scene(const fs::path& file) {
   return load_scene(FolderFiles(file.parent_path()), file.filename().string());
 }
 
-std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path) {
-  return load(files, path, false, Moment{}).files;
-}
-
 Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files) {
-  Reading reading(files, true, Moment{});
-  return parse(std::string(text), name, reading);
+  Reading reading(files, Moment{});
+  Scene out = parse(std::string(text), name, reading);
+  if (!reading.problems.empty()) throw as_one(reading.problems);
+  return out;
 }
 
 }  // namespace tessera::scene

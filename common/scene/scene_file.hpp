@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/error.hpp"
 #include "common/scene/description.hpp"
 #include "common/scene/made_up.hpp"
 
@@ -75,6 +76,9 @@ struct LoadedScene {
   std::vector<std::string> warnings;
   /// What glTF files offer: variants of their materials, animations.
   std::vector<std::string> variants, animations;
+  /// Of files that are not there or cannot be read, each at the place that names it. The scene
+  /// lacks what is in them; survey_scene() alone gives such a scene.
+  std::vector<Error> problems;
 };
 
 /// Reads the scene file `path` and all that it uses: glTF where its name ends in .gltf or .glb,
@@ -85,9 +89,13 @@ LoadedScene load_scene(const SceneFiles& files, const std::string& path, const M
 /// The scene file at `file`, in a plain folder: its folder is the scene's.
 LoadedScene load_scene(const std::filesystem::path& file);
 
-/// What `load_scene` would list, without reading meshes: the scene is checked, the files need only
-/// be there.
-std::vector<UsedFile> files_used(const SceneFiles& files, const std::string& path);
+/// The same, but goes on behind a file that is not there or cannot be read, so that all of them can
+/// be said at once.
+LoadedScene survey_scene(const SceneFiles& files, const std::string& path);
+
+/// One error that lists them, the first hundred, each once; the first as it is if there is no
+/// other. Not for an empty list.
+Error as_one(const std::vector<Error>& problems);
 
 /// Parses a scene from memory; `name` stands in errors, `files` has what it names.
 Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files);

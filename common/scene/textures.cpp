@@ -89,7 +89,8 @@ TextureUse read_use_keys(Fields& in, Reading& reading, ColorSpace meant) {
 }  // namespace
 
 std::uint32_t Reading::use_image(const Value& value) {
-  const std::filesystem::path file = use_file(value);
+  std::filesystem::path file;
+  if (!attempt([&] { file = use_file(value); })) return 0;
   const std::string name = shown(checked_path(value.text()));
   for (std::size_t i = 0; i < images.size(); ++i)
     if (images[i].name == name) return static_cast<std::uint32_t>(i);

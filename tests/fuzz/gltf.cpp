@@ -33,6 +33,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::require(around.files.locate(used.path) == used.file,
                     "only the bundle's files are used");
   });
-  fuzz::take_or_refuse([&] { (void)scene::files_used(around.files, "model.glb"); });
+  fuzz::take_or_refuse([&] { (void)scene::survey_scene(around.files, "model.glb"); });
   return 0;
 }

@@ -73,6 +73,16 @@ class Gatherer {
     }
   }
 
+  /// Calls `read`, which reads what a file holds; a problem more if it throws.
+  template <class Read>
+  void attempt(const Read& read) {
+    try {
+      read();
+    } catch (const Error& error) {
+      asset_.problems.push_back(error);
+    }
+  }
+
   static std::uint64_t size_of(const Bytes& bytes) {
     if (const auto* range = std::get_if<FileRange>(&bytes))
       return range->size != 0 ? range->size : fs::file_size(range->file);
@@ -169,13 +179,18 @@ Asset read_asset(const SceneFiles& files, const std::string& path) {
     out.model.accessors[accessor].bufferView = -1;
   Gatherer gatherer(files, path, out);
   for (std::size_t i = 0; i < checked.buffers.size(); ++i)
-    out.buffers.push_back(gatherer.buffer(checked.buffers[i],
-                                          i == 0 ? container.binary : std::nullopt,
-                                          fmt::format("/buffers/{}", i)));
+    gatherer.attempt([&] {
+      out.buffers.push_back(gatherer.buffer(checked.buffers[i],
+                                            i == 0 ? container.binary : std::nullopt,
+                                            fmt::format("/buffers/{}", i)));
+    });
+  const bool whole = out.problems.empty();
   for (const Bytes& bytes : out.buffers) out.buffer_bytes.push_back(Gatherer::size_of(bytes));
-  check_views(out);
+  if (whole) check_views(out);
   for (std::size_t i = 0; i < checked.images.size(); ++i)
-    out.images.push_back(image_of(checked.images[i], i, out, gatherer));
+    if (whole || checked.images[i].uri)
+      gatherer.attempt(
+          [&] { out.images.push_back(image_of(checked.images[i], i, out, gatherer)); });
   return out;
 }
 

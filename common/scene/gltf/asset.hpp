@@ -27,6 +27,7 @@ struct Asset {
   std::vector<Image> images;
   std::vector<UsedFile> files;  ///< beside the file itself
   std::vector<std::string> warnings;
+  std::vector<Error> problems;  ///< files that it names and that are not there
 
   /// `place` is a JSON pointer.
   [[noreturn]] void fail(std::string place, std::string message) const {
@@ -36,7 +37,8 @@ struct Asset {
   void warn(const std::string& message);
 };
 
-/// Reads the file `path` of a scene: all but the bytes of its buffers. Throws Error.
+/// Reads the file `path` of a scene: all but the bytes of its buffers. Throws Error. If there are
+/// problems, lists have not all that the file says.
 Asset read_asset(const SceneFiles& files, const std::string& path);
 
 /// The member of an extension's object, or nullptr.

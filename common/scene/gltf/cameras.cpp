@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "common/base/names.hpp"
 
@@ -23,21 +25,28 @@ std::optional<Vec3> axis_of(const Transform& t, std::size_t column) {
   return out;
 }
 
-std::string name_for(const std::vector<Camera>& others, const std::string& wanted) {
-  const std::string base = wanted.empty() ? "camera" : excerpt(wanted, name_bytes);
-  std::string name = base;
-  const auto taken = [&] {
-    return std::any_of(others.begin(), others.end(),
-                       [&](const Camera& other) { return other.name == name; });
-  };
-  for (int next = 2; taken(); ++next) name = fmt::format("{} {}", base, next);
-  return name;
-}
+/// Gives each camera a name that no other has.
+class CameraNames {
+ public:
+  std::string next(const std::string& wanted) {
+    const std::string base = wanted.empty() ? "camera" : excerpt(wanted, name_bytes);
+    std::string name = base;
+    int& number = last_number_[base];
+    number = std::max(number, 1);
+    while (!taken_.insert(name).second) name = fmt::format("{} {}", base, ++number);
+    return name;
+  }
+
+ private:
+  std::unordered_set<std::string> taken_;
+  std::unordered_map<std::string, int> last_number_;  ///< of those that wanted one name
+};
 
 }  // namespace
 
 std::vector<Camera> read_cameras(Asset& asset, const std::vector<PlacedNode>& nodes) {
   std::vector<Camera> out;
+  CameraNames names;
   for (const PlacedNode& placed : nodes) {
     const tinygltf::Node& node = asset.model.nodes[static_cast<std::size_t>(placed.node)];
     if (node.camera < 0) continue;
@@ -49,7 +58,7 @@ std::vector<Camera> read_cameras(Asset& asset, const std::vector<PlacedNode>& no
       continue;
     }
     Camera camera;
-    camera.name = name_for(out, node.name.empty() ? from.name : node.name);
+    camera.name = names.next(node.name.empty() ? from.name : node.name);
     const auto& m = placed.to_world.m;
     camera.eye = {m[3], m[7], m[11]};
     camera.up = *up;

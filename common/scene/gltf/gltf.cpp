@@ -60,11 +60,9 @@ class Assembler {
         std::clamp(aspect_of_first(asset_, nodes).value_or(film_aspect), 0.05, 20.0);
     scene_.render.height = film_height;
     scene_.render.width = static_cast<int>(std::lround(film_height * aspect));
-    if (options_.meshes) {
-      find_places(nodes);
-      for (std::size_t mesh = 0; mesh < places_.size(); ++mesh)
-        if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh]);
-    }
+    find_places(nodes);
+    for (std::size_t mesh = 0; mesh < places_.size(); ++mesh)
+      if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh]);
     materials_.move_into(scene_);
     warn_of_the_rest();
     if (options_.whole) fill_in(aspect);
@@ -199,7 +197,6 @@ class Assembler {
   /// What a picture needs, and the file does not have.
   void fill_in(double aspect) {
     out_.made_up = make_up(scene_, aspect, options_.moment.made_up);
-    if (!options_.meshes) return;
     if (out_.made_up.camera) asset_.warn("the file has no camera: this one shows all of it");
     if (out_.made_up.light) asset_.warn("the file has no light: it is given that of a studio");
   }
@@ -226,13 +223,18 @@ bool is_gltf(std::string_view path) {
 
 LoadedScene load(const SceneFiles& files, const std::string& path, const Options& options) {
   Asset asset = read_asset(files, path);
-  LoadedScene out = Assembler(asset, options).assemble();
+  LoadedScene out;
+  if (asset.problems.empty())
+    out = Assembler(asset, options).assemble();
+  else
+    out.scene.images = std::move(asset.images);
   out.files.push_back({path, files.locate(path)});
   for (const UsedFile& used : asset.files)
     if (used.path != path) out.files.push_back(used);
   out.variants = variants_of(asset);
   out.animations = animations_of(asset);
   out.warnings = std::move(asset.warnings);
+  out.problems = std::move(asset.problems);
   return out;
 }
 

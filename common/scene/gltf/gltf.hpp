@@ -24,15 +24,16 @@ constexpr std::array<std::pair<std::string_view, Units>, 2> unit_names{
     {{"physical", Units::physical}, {"blender", Units::blender}}};
 
 struct Options {
-  bool meshes = true;  ///< else no vertex is read
-  bool whole = true;   ///< a camera and light are made up where the file has none, with a warning
+  bool whole = true;  ///< a camera and light are made up where the file has none, with a warning
   std::optional<std::string> variant = {};  ///< of KHR_materials_variants; else the default
   Units units = Units::physical;
   Moment moment = {};
 };
 
 /// Reads the file `path`, checked_path's spelling, and all that it names. Throws Error with the
-/// file and a JSON pointer. What is in the file and cannot be shown is a warning.
+/// file and a JSON pointer. What is in the file and cannot be shown is a warning. Files that it
+/// names and that are not there are problems, and there is nothing in the scene then but its other
+/// pictures.
 LoadedScene load(const SceneFiles& files, const std::string& path, const Options& options);
 
 }  // namespace tessera::scene::gltf

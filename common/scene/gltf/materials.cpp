@@ -61,11 +61,8 @@ void Materials::move_into(Scene& scene) {
 std::string Materials::name_for(const tinygltf::Material& material, int index) {
   std::string name = excerpt(material.name, name_bytes);
   if (name.empty()) name = fmt::format("material {}", index);
-  const auto taken = [&](const std::string& wanted) {
-    return std::any_of(materials_.begin(), materials_.end(),
-                       [&](const Material& other) { return other.name == wanted; });
-  };
-  return taken(name) ? fmt::format("{} ({})", name, index) : name;
+  while (!names_.insert(name).second) name = fmt::format("{} ({})", name, index);
+  return name;
 }
 
 Material Materials::read(int index) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,7 @@ class Materials {
   std::optional<TextureUse> member_texture(const tinygltf::Value& object, const std::string& key,
                                            ColorSpace space, const std::string& place);
   std::uint32_t texture_index(int texture, ColorSpace space, int image);
+  /// One that no other has, so that a scene that includes the file can tell them apart.
   std::string name_for(const tinygltf::Material& material, int index);
 
   Asset& asset_;
@@ -45,6 +47,7 @@ class Materials {
   std::map<std::pair<int, ColorSpace>, std::uint32_t> known_textures_;
   std::map<int, std::uint32_t> known_images_;
   std::vector<Material> materials_;
+  std::unordered_set<std::string> names_;  ///< of them
   std::vector<Texture> textures_;
   std::vector<Image> images_;
 };

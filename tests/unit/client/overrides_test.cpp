@@ -39,7 +39,9 @@ class Overrides : public testing::Test {
   [[nodiscard]] scene::LoadedScene load(std::string_view text, const SceneOverrides& overrides,
                                         const std::string& name = "scene.json") const {
     const NamedScene named = named_scene(folder_.write(name, text), overrides);
-    return load_named_scene(named);
+    scene::LoadedScene out = survey_named_scene(named);
+    if (!out.problems.empty()) throw scene::as_one(out.problems);
+    return out;
   }
   [[nodiscard]] Error refusal(std::string_view text, const SceneOverrides& overrides,
                               const std::string& name = "scene.json") const {

@@ -60,9 +60,33 @@ TEST(Prepare, all_pictures_that_are_none_are_said_before_anything_is_queued) {
     "materials": {"m": {"type": "principled", "base_color": {"file": "oak.png"}, "roughness": {"file": "oak.png"}}}})");
   const Error error = error_of([&] { (void)prepare(options); });
   EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-  EXPECT_NE(error.message().find("2 pictures"), std::string::npos) << error.message();
+  EXPECT_NE(error.message().find("2 files cannot be used"), std::string::npos) << error.message();
   EXPECT_NE(error.message().find("oak.png: not a picture"), std::string::npos) << error.message();
   EXPECT_NE(error.message().find("sky.hdr: "), std::string::npos);
+}
+
+TEST(Prepare, all_files_that_are_lacking_or_cannot_be_read_are_said_at_once) {
+  const TemporaryFolder folder;
+  folder.write("oak.png", "no picture");
+  folder.write("bent.obj", "v 0 0\n");
+  folder.write("part.gltf",
+               R"({"asset": {"version": "2.0"}, "images": [{"uri": "elm.png"}, {"uri": "oak.png"}],
+                   "buffers": [{"uri": "part.bin", "byteLength": 4}]})");
+  JobOptions options;
+  options.scene = folder.write("scene.json",
+                               R"({"tessera": 1, "camera": {"eye": [0, 0, 5], "target": [0, 0, 0]},
+    "environment": {"file": "sky.hdr"}, "include": ["part.gltf", "none.glb"],
+    "materials": {"m": {"type": "principled", "base_color": {"file": "ash.png"}}},
+    "shapes": [{"type": "mesh", "material": "m", "file": "bent.obj"},
+               {"type": "mesh", "material": "m", "file": "none.ply"}]})");
+  const Error error = error_of([&] { (void)prepare(options); });
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_NE(error.message().find("8 files cannot be used"), std::string::npos) << error.message();
+  for (const char* words :
+       {"environment.file: no file", "sky.hdr", "ash.png", "part.gltf: /images/0/uri", "elm.png",
+        "part.gltf: /buffers/0/uri", "part.bin", "include[1]", "none.glb", "bent.obj:1", "none.ply",
+        "oak.png: not a picture"})
+    EXPECT_NE(error.message().find(words), std::string::npos) << words << "\n" << error.message();
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ scene::LoadedScene scene_of(const TemporaryFolder& folder) {
 
 TEST(SceneFacts, count_what_is_kept_and_what_rays_meet) {
   const TemporaryFolder folder;
-  const SceneFacts facts = facts_of(scene_of(folder));
+  const SceneFacts facts = facts_of(scene_of(folder), 3000);
   EXPECT_EQ(facts.triangles, 2U + 12 + 5);
   EXPECT_EQ(facts.triangles_placed, 2U + 12 + 15);
   EXPECT_EQ(facts.spheres, 1U);
@@ -59,11 +59,13 @@ TEST(SceneFacts, count_what_is_kept_and_what_rays_meet) {
   EXPECT_EQ(facts.file_bytes, 5U);
   // 3 positions of 12 bytes, 5 faces of 14; quads of 4 positions, indices and a material; a sphere.
   EXPECT_EQ(facts.geometry_bytes, 36U + 70 + 7 * 66 + 18);
+  EXPECT_EQ(facts.texture_bytes, 4000U) << "with mip levels";
+  EXPECT_GT(facts.memory_bytes, facts.texture_bytes + facts.geometry_bytes);
 }
 
 TEST(SceneFacts, are_said_in_words_and_in_json) {
   const TemporaryFolder folder;
-  const SceneFacts facts = facts_of(scene_of(folder));
+  const SceneFacts facts = facts_of(scene_of(folder), 3000);
   const std::string text = text_of(facts);
   EXPECT_THAT(text, HasSubstr("triangles   19, 29 with instances\n"));
   EXPECT_THAT(text, HasSubstr("cameras     front, side\n"));

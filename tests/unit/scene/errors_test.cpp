@@ -100,6 +100,17 @@ const Mistake whole[] = {
      "\"materials\": {\"b\": {\"type\": \"emitter\", \"radiance\": 1}, \"a\": {\"type\": \"mix\", "
      "\"materials\": [\"b\", \"b\"]}},",
      1, 92, "materials.a.materials[0]", "what emits cannot be part of a mix"},
+    {"a mix of what is unlit",
+     "\"materials\": {\"b\": {\"type\": \"principled\", \"unlit\": true}, \"a\": {\"type\": "
+     "\"mix\", \"materials\": [\"b\", \"b\"]}},",
+     1, 95, "materials.a.materials[0]", "what is unlit cannot be part of a mix"},
+    {"a back that glass lacks",
+     "\"materials\": {\"a\": {\"type\": \"dielectric\", \"back_culled\": true}},", 1, 59,
+     "materials.a.back_culled", "a back from which it leaves"},
+    {"a back that glass in a mix lacks",
+     "\"materials\": {\"g\": {\"type\": \"dielectric\"}, \"d\": {\"type\": \"diffuse\"}, \"a\": "
+     "{\"type\": \"mix\", \"materials\": [\"d\", \"g\"], \"back_culled\": true}},",
+     1, 132, "materials.a.back_culled", "a back from which it leaves"},
     {"a mix of what may not be there",
      "\"materials\": {\"b\": {\"type\": \"diffuse\", \"opacity\": 1}, \"a\": {\"type\": \"mix\", "
      "\"materials\": [\"b\", \"b\"]}},",

@@ -48,9 +48,6 @@ TEST(SceneFiles, all_that_a_scene_uses_are_listed_once_the_scene_first) {
   EXPECT_EQ(loaded.files[1].path, "m/a.obj");
   EXPECT_EQ(text_of_file(loaded.files[1].file), triangle);
   EXPECT_EQ(std::get<Mesh>(loaded.scene.shapes[1].geometry).triangles.size(), 1U);
-  const auto used = files_used(FolderFiles(folder.path()), "s.json");
-  ASSERT_EQ(used.size(), 2U);
-  EXPECT_EQ(used[1].path, "m/a.obj");
 }
 
 TEST(SceneFiles, the_same_scene_comes_from_a_folder_and_from_a_bundle_of_blobs) {
@@ -73,7 +70,6 @@ TEST(SceneFiles, a_missing_mesh_is_an_error_by_name_at_its_place) {
   EXPECT_EQ(error.place().column, 43);
   EXPECT_EQ(error.place().key, "shapes[1].file");
   EXPECT_EQ(error.message(), "no file \"" + (folder.path() / "b.obj").string() + "\"");
-  EXPECT_THROW((void)files_used(FolderFiles(folder.path()), "s.json"), Error);
 }
 
 TEST(SceneFiles, a_broken_obj_is_an_error_at_its_own_line) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "tests/unit/scene/support.hpp"
 
@@ -82,6 +83,39 @@ TEST(Ply, normals_coordinates_and_colours_come_along) {
   EXPECT_NEAR(mesh.colors.at(0)[2], 0.5029, 1e-4) << "bytes are sRGB";
   EXPECT_EQ(mesh.colors.at(0)[3], 1);
   EXPECT_THAT(mesh.triangles, ElementsAre(Triangle{0, 1, 2}));
+}
+
+TEST(Ply, whole_numbers_are_colours_by_their_greatest) {
+  const Mesh mesh =
+      parse_ply(head("ascii",
+                     "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                     "property ushort red\nproperty ushort green\nproperty ushort blue\n"
+                     "element face 1\nproperty list uchar uint vertex_index\n") +
+                    "0 0 0 65535 0 48316\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n",
+                "m.ply");
+  EXPECT_EQ(mesh.colors.at(0)[0], 1);
+  EXPECT_NEAR(mesh.colors.at(0)[2], 0.5029, 1e-4);
+}
+
+TEST(Ply, vertices_of_numbers_that_are_none_are_refused) {
+  std::string numbers;
+  const auto add = [&](float value) {
+    numbers.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const float value : {0.F, 0.F, 0.F, 0.F, std::numeric_limits<float>::quiet_NaN(), 1.F, 0.F,
+                            0.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F})
+    add(value);
+  EXPECT_THAT(message_of(head("binary_little_endian",
+                              "element vertex 3\nproperty float x\nproperty float y\n"
+                              "property float z\nproperty float s\nproperty float t\n"
+                              "element face 1\nproperty list uchar uchar vertex_index\n") +
+                         numbers + std::string("\3\0\1\2", 4)),
+              HasSubstr("vertex 0 has a number that is none"));
+  EXPECT_THAT(message_of(head("ascii",
+                              "element vertex 1\nproperty float x\nproperty float x\n"
+                              "property float y\n") +
+                         "1 1 1\n"),
+              HasSubstr("\"x\" twice"));
 }
 
 TEST(Ply, a_file_cut_off_anywhere_is_refused) {

@@ -33,7 +33,7 @@ class Textures : public testing::Test {
     } catch (const Error& error) {
       return error.what();
     }
-    return "nothing";
+    return reading_.problems.empty() ? "nothing" : reading_.problems.back().what();
   }
 
   template <class Use>
@@ -48,7 +48,7 @@ class Textures : public testing::Test {
 
   TemporaryFolder folder_;
   FolderFiles files_;
-  Reading reading_{files_, true, Moment{}};
+  Reading reading_{files_, Moment{}};
 };
 
 TEST_F(Textures, a_name_a_file_or_a_plain_value_may_feed_an_input) {
