@@ -1,6 +1,8 @@
 #include "worker/scene/build.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -116,11 +118,12 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
                           const accel::Progress& progress) {
   scene::Scene from = std::move(description);
   render::Scene out(device);
-  out.materials = compile_all(from.materials);
+  // Tables that materials share are made by the first that asks; pictures need not wait for it.
+  tbb::parallel_invoke([&] { out.materials = compile_all(from.materials); },
+                       [&] { out.textures = load_textures(from); });
   for (const render::CompiledMaterial& material : out.materials) {
     out.has_gaps = out.has_gaps || material.has_opacity || material.back_culled;
   }
-  out.textures = load_textures(from);
   out.cameras = std::move(from.cameras);
 
   const Arrangement arrangement = arrange(from, out.materials);
@@ -134,6 +137,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
     merged.push_back(merge(arrangement.groups[i], out.materials, out.textures,
                            world ? out.origin : std::array<double, 3>{}));
   }
+  // Embree takes its memory from the system, and would not find what meshes left here.
+  malloc_trim(0);
   out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
   std::vector<render::Light> lights =
       lights_of(merged[0], out.materials, scene::Transform{}, render::no_id);

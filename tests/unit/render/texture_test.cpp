@@ -65,15 +65,28 @@ TEST(Codes, decode_by_the_curve_and_come_back) {
   for (const TexelFormat format : {TexelFormat::u8, TexelFormat::u16}) {
     const int most = format == TexelFormat::u8 ? 255 : 65535;
     for (const ColorSpace space : {ColorSpace::srgb, ColorSpace::linear}) {
-      const float* const table = decoding_table(format, space);
+      const CodeTable& table = code_table(format, space);
       for (int code = 0; code <= most; ++code) {
         const double share = static_cast<double>(code) / most;
         const double expected = space == ColorSpace::srgb ? srgb(share) : share;
-        ASSERT_NEAR(table[code], expected, 6e-8 * expected) << code;
-        ASSERT_EQ(nearest_code(table, format, table[code]), code);
+        ASSERT_NEAR(table.values()[code], expected, 6e-8 * expected) << code;
+        ASSERT_EQ(table.nearest(table.values()[code]), code);
       }
-      EXPECT_EQ(nearest_code(table, format, -1), 0);
-      EXPECT_EQ(nearest_code(table, format, 2), most);
+      EXPECT_EQ(table.values()[most], 1);
+      EXPECT_EQ(table.nearest(-1), 0);
+      EXPECT_EQ(table.nearest(2), most);
+    }
+  }
+}
+
+TEST(Codes, nearest_is_the_nearest_of_all) {
+  for (const ColorSpace space : {ColorSpace::srgb, ColorSpace::linear}) {
+    const CodeTable& table = code_table(TexelFormat::u8, space);
+    for (int i = 0; i < 20'000; ++i) {
+      const float share = static_cast<float>(i) / 20'000, linear = share * share;
+      const float found = table.values()[table.nearest(linear)];
+      for (int code = 0; code < 256; ++code)
+        ASSERT_LE(std::abs(found - linear), std::abs(table.values()[code] - linear)) << linear;
     }
   }
 }

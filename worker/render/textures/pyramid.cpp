@@ -73,26 +73,32 @@ void for_rows(int rows, Body body) {
                     });
 }
 
-/// Level by halves. `get(x, y)` gives texels of one of width × height.
-template <class Get>
-std::vector<Texel> halved(int width, int height, Get get) {
+/// Level by halves. `get(y, room)` gives row `y` of one of width × height, there or elsewhere.
+template <class GetRow>
+std::vector<Texel> halved(int width, int height, GetRow get) {
   const int to_width = std::max(width / 2, 1), to_height = std::max(height / 2, 1);
   std::vector<Texel> out(static_cast<std::size_t>(to_width) * static_cast<std::size_t>(to_height));
   for_rows(to_height, [&](int y) {
     const Taps rows(height, y);
+    std::array<std::vector<Texel>, 3> room;
+    std::array<const Texel*, 3> from{};
+    for (int j = 0; j < rows.count; ++j) {
+      const auto row = static_cast<std::size_t>(j);
+      from[row] = get(rows.first + j, room[row]);
+    }
+    Texel* to = out.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(to_width);
     for (int x = 0; x < to_width; ++x) {
       const Taps columns(width, x);
       Texel sum{};
       for (int j = 0; j < rows.count; ++j) {
+        const auto row = static_cast<std::size_t>(j);
         for (int i = 0; i < columns.count; ++i) {
-          const Texel texel = get(columns.first + i, rows.first + j);
-          const float weight = rows.weight[static_cast<std::size_t>(j)] *
-                               columns.weight[static_cast<std::size_t>(i)];
+          const Texel& texel = from[row][columns.first + i];
+          const float weight = rows.weight[row] * columns.weight[static_cast<std::size_t>(i)];
           for (std::size_t c = 0; c < 4; ++c) sum[c] += texel[c] * weight;
         }
       }
-      out[static_cast<std::size_t>(y) * static_cast<std::size_t>(to_width) +
-          static_cast<std::size_t>(x)] = sum;
+      *to++ = sum;
     }
   });
   return out;
@@ -104,12 +110,12 @@ Pyramid::Pyramid(image::Texels&& picture, scene::ColorSpace space, Levels levels
     : channels_(picture.channels), format_(picture.format) {
   assert(picture.width > 0 && picture.height > 0 && channels_ >= 1 && channels_ <= 4);
   if (image::is_integer(format_)) {
-    decode_ = decoding_table(format_, space);
-    decode_alpha_ = decoding_table(format_, scene::ColorSpace::linear);
+    decode_ = code_table(format_, space).values();
+    decode_alpha_ = code_table(format_, scene::ColorSpace::linear).values();
   }
   levels_.push_back({picture.width, picture.height, std::move(picture.bytes)});
   find_mean();
-  if (levels == Levels::all) add_levels();
+  if (levels == Levels::all) add_levels(space);
 }
 
 Texel Pyramid::texel(const Level& level, int x, int y) const {
@@ -139,15 +145,20 @@ std::size_t Pyramid::bytes() const {
   return sum;
 }
 
+void Pyramid::decode_row(int y, Texel* out) const {
+  const Level& level = levels_[0];
+  for (int x = 0; x < level.width; ++x) out[x] = texel(level, x, y);
+}
+
 void Pyramid::find_mean() {
   const Level& level = levels_[0];
   std::vector<std::array<double, 4>> rows(static_cast<std::size_t>(level.height));
   for_rows(level.height, [&](int y) {
+    std::vector<Texel> texels(static_cast<std::size_t>(level.width));
+    decode_row(y, texels.data());
     std::array<double, 4>& sum = rows[static_cast<std::size_t>(y)];
-    for (int x = 0; x < level.width; ++x) {
-      const Texel one = texel(level, x, y);
+    for (const Texel& one : texels)
       for (std::size_t c = 0; c < 4; ++c) sum[c] += static_cast<double>(one[c]);
-    }
   });
   std::array<double, 4> sum{};
   for (const auto& row : rows)
@@ -156,29 +167,33 @@ void Pyramid::find_mean() {
   for (std::size_t c = 0; c < 4; ++c) mean_[c] = static_cast<float>(sum[c] / count);
 }
 
-void Pyramid::add_levels() {
+void Pyramid::add_levels(scene::ColorSpace space) {
   int width = levels_[0].width, height = levels_[0].height;
   // The next level comes from the last one's floats, so that rounding does not add up.
   std::vector<Texel> last;
   while (width > 1 || height > 1) {
-    if (last.empty()) {
-      last = halved(width, height, [&](int x, int y) { return texel(levels_[0], x, y); });
-    } else {
-      last = halved(width, height, [&](int x, int y) {
-        return last[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                    static_cast<std::size_t>(x)];
-      });
-    }
+    last = halved(width, height, [&](int y, std::vector<Texel>& room) -> const Texel* {
+      if (!last.empty())
+        return last.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+      room.resize(static_cast<std::size_t>(width));
+      decode_row(y, room.data());
+      return room.data();
+    });
     width = std::max(width / 2, 1);
     height = std::max(height / 2, 1);
-    levels_.push_back(encode(width, height, last));
+    levels_.push_back(encode(width, height, last, space));
   }
 }
 
-Pyramid::Level Pyramid::encode(int width, int height, const std::vector<Texel>& texels) const {
+Pyramid::Level Pyramid::encode(int width, int height, const std::vector<Texel>& texels,
+                               scene::ColorSpace space) const {
   const auto channels = static_cast<std::size_t>(channels_);
   const std::size_t size = image::bytes_of(format_);
   Level out{width, height, std::vector<std::byte>(texels.size() * channels * size)};
+  const bool integer = image::is_integer(format_);
+  const CodeTable* const colors = integer ? &code_table(format_, space) : nullptr;
+  const CodeTable* const alphas =
+      integer ? &code_table(format_, scene::ColorSpace::linear) : nullptr;
   for_rows(height, [&](int y) {
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(width); ++i) {
@@ -190,10 +205,9 @@ Pyramid::Level Pyramid::encode(int width, int height, const std::vector<Texel>& 
           std::memcpy(to, &value, size);
           continue;
         }
-        const std::uint16_t code =
-            format_ == TexelFormat::f16
-                ? to_half(value)
-                : nearest_code(alpha ? decode_alpha_ : decode_, format_, value);
+        const std::uint16_t code = format_ == TexelFormat::f16
+                                       ? to_half(value)
+                                       : (alpha ? alphas : colors)->nearest(value);
         if (size == 1) {
           *to = static_cast<std::byte>(code);
         } else {

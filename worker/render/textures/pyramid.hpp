@@ -40,8 +40,11 @@ class Pyramid {
 
  private:
   void find_mean();
-  void add_levels();
-  [[nodiscard]] Level encode(int width, int height, const std::vector<Texel>& texels) const;
+  void add_levels(scene::ColorSpace space);
+  /// A row of level 0 as floats, width of them.
+  void decode_row(int y, Texel* out) const;
+  [[nodiscard]] Level encode(int width, int height, const std::vector<Texel>& texels,
+                             scene::ColorSpace space) const;
 
   int channels_;
   image::TexelFormat format_;
