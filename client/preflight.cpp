@@ -6,15 +6,14 @@
 #include "client/interrupt.hpp"
 #include "common/base/error.hpp"
 #include "common/base/file.hpp"
-#include "common/base/limits.hpp"
-#include "common/image/texels.hpp"
 
 namespace tessera::client {
 
 namespace {
 
 /// How many bytes its texels have.
-std::uint64_t decode(const scene::FileRange& range, const std::string& name) {
+std::uint64_t decode(const scene::FileRange& range, const std::string& name,
+                     image::TexelBudget& budget) {
   const std::uint64_t size =
       range.size != 0 ? range.size : std::filesystem::file_size(range.file) - range.offset;
   if (size > limits::image_file_bytes)
@@ -23,7 +22,7 @@ std::uint64_t decode(const scene::FileRange& range, const std::string& name) {
                 {.file = name, .key = {}});
   std::vector<std::byte> bytes(size);
   File(range.file, O_RDONLY).read_at(bytes, range.offset);
-  return image::decode_texels(bytes, name).bytes.size();
+  return image::decode_texels(bytes, name, &budget).bytes.size();
 }
 
 }  // namespace
@@ -35,10 +34,10 @@ void Preflight::check(const scene::LoadedScene& loaded) {
     try {
       if (const auto* range = std::get_if<scene::FileRange>(&image.encoded)) {
         if (seen_.insert({range->file, range->offset}).second)
-          decoded_bytes_ += decode(*range, image.name);
+          decoded_bytes_ += decode(*range, image.name, budget_);
       } else {
         const auto& held = *std::get<std::shared_ptr<const std::vector<std::byte>>>(image.encoded);
-        decoded_bytes_ += image::decode_texels(held, image.name).bytes.size();
+        decoded_bytes_ += image::decode_texels(held, image.name, &budget_).bytes.size();
       }
     } catch (const Error& error) {
       problems.push_back(error);

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/limits.hpp"
+#include "common/image/texels.hpp"
 #include "common/scene/scene_file.hpp"
 
 namespace tessera::client {
@@ -22,6 +24,7 @@ class Preflight {
 
  private:
   std::set<std::pair<std::filesystem::path, std::uint64_t>> seen_;  ///< file, place in it
+  image::TexelBudget budget_{limits::images_bytes};
   std::uint64_t decoded_bytes_ = 0;
 };
 

@@ -50,10 +50,11 @@ constexpr int json_depth = 64;
 constexpr std::size_t mesh_vertices = 1U << 30;
 constexpr std::size_t mesh_triangles = 1U << 30;
 
-// Textures, of each picture.
+// Textures: of each picture, but the last.
 constexpr int image_side = 65536;         ///< texels
 constexpr std::size_t image_bytes = GiB;  ///< unpacked, in its own depth
 constexpr std::size_t image_file_bytes = 4 * GiB;
+constexpr std::size_t images_bytes = 64 * GiB;  ///< of a scene's together, unpacked
 
 // Results that a worker holds until they are acknowledged.
 constexpr std::size_t worker_outbox = 64 * MiB;

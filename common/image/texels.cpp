@@ -18,7 +18,7 @@ namespace {
 struct Format {
   std::size_t at;  ///< where its mark stands
   std::string_view mark;
-  Texels (*decode)(std::span<const std::byte>, const std::string&);
+  Texels (*decode)(std::span<const std::byte>, const PictureSource&);
 };
 using namespace std::string_view_literals;
 constexpr std::array<Format, 6> formats{{{0, "\x89PNG\r\n\x1a\n"sv, decode_png},
@@ -40,7 +40,9 @@ void refuse_picture(const std::string& name, std::string_view message) {
 }
 
 Texels picture_of(std::int64_t width, std::int64_t height, int channels, TexelFormat format,
-                  const std::string& name, std::uint64_t least_bytes, std::uint64_t file_bytes) {
+                  const PictureSource& source, std::uint64_t least_bytes,
+                  std::uint64_t file_bytes) {
+  const std::string& name = source.name;
   if (width < 1 || height < 1)
     refuse_picture(name, fmt::format("a picture of {} by {} has no texels", width, height));
   const auto texel = static_cast<std::int64_t>(bytes_of(format)) * channels;
@@ -56,12 +58,14 @@ Texels picture_of(std::int64_t width, std::int64_t height, int channels, TexelFo
     refuse_picture(name, fmt::format("a picture of {} by {} texels needs {} bytes or more, and the "
                                      "file has {}: it ends too early",
                                      width, height, least_bytes, file_bytes));
+  const auto bytes = static_cast<std::uint64_t>(width * height * texel);
+  if (source.budget != nullptr) source.budget->take(bytes, name);
   Texels out;
   out.width = static_cast<int>(width);
   out.height = static_cast<int>(height);
   out.channels = channels;
   out.format = format;
-  out.bytes.resize(static_cast<std::size_t>(width * height * texel));
+  out.bytes.resize(bytes);
   return out;
 }
 
@@ -69,10 +73,24 @@ float tamed(float value, float most) {
   return std::isnan(value) ? 0.0F : std::clamp(value, -most, most);
 }
 
-Texels decode_texels(std::span<const std::byte> file, const std::string& name) {
+void TexelBudget::take(std::uint64_t bytes, const std::string& name) {
+  std::uint64_t left = left_;
+  do {
+    if (bytes > left)
+      throw Error(
+          ErrorKind::too_large,
+          fmt::format("with its {} MiB, the scene's pictures take more than {} MiB together",
+                      bytes / limits::MiB, most_ / limits::MiB),
+          {.file = name, .key = {}});
+  } while (!left_.compare_exchange_weak(left, left - bytes));
+}
+
+Texels decode_texels(std::span<const std::byte> file, const std::string& name,
+                     TexelBudget* budget) {
+  const PictureSource source{.name = name, .budget = budget};
   for (const Format& format : formats)
-    if (has_mark(file, format)) return format.decode(file, name);
-  if (looks_like_tga(file)) return decode_tga(file, name);
+    if (has_mark(file, format)) return format.decode(file, source);
+  if (looks_like_tga(file)) return decode_tga(file, source);
   refuse_picture(name, file.empty() ? "an empty file, no picture"
                                     : "not a picture of a known format (PNG, JPEG, WebP, TGA, HDR "
                                       "or EXR)");

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,10 +37,23 @@ struct Texels {
   }
 };
 
+/// Bytes that several pictures may take together. Several threads may take at once.
+class TexelBudget {
+ public:
+  explicit TexelBudget(std::uint64_t most) : most_(most), left_(most) {}
+  /// Throws Error{too_large} at `name` if so many are not left.
+  void take(std::uint64_t bytes, const std::string& name);
+
+ private:
+  std::uint64_t most_;
+  std::atomic<std::uint64_t> left_;
+};
+
 /// PNG (1 to 16 bits), JPEG, WebP, TGA, Radiance HDR or OpenEXR, told from the first bytes. Colour
 /// profiles and gamma in them are not looked at. Throws Error at `name`: bad_input for a format
 /// that is none of these or a file that is broken or cut short, too_large for a picture beyond
-/// limits.hpp, before memory is taken for it.
-Texels decode_texels(std::span<const std::byte> file, const std::string& name);
+/// limits.hpp or `budget`, before memory is taken for it.
+Texels decode_texels(std::span<const std::byte> file, const std::string& name,
+                     TexelBudget* budget = nullptr);
 
 }  // namespace tessera::image

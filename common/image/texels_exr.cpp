@@ -43,7 +43,8 @@ void tame_all(Texels& picture, Tame tame) {
   }
 }
 
-Texels decode_checked(std::span<const std::byte> file, const std::string& name) {
+Texels decode_checked(std::span<const std::byte> file, const PictureSource& source) {
+  const std::string& name = source.name;
   MemoryStream stream(file, name);
   Imf::InputFile input(stream);
   const Imf::Header& header = input.header();
@@ -54,7 +55,7 @@ Texels decode_checked(std::span<const std::byte> file, const std::string& name) 
   const Imath::Box2i window = header.dataWindow();
   Texels out = picture_of(
       std::int64_t{window.max.x} - window.min.x + 1, std::int64_t{window.max.y} - window.min.y + 1,
-      static_cast<int>(channels.size()), halves ? TexelFormat::f16 : TexelFormat::f32, name);
+      static_cast<int>(channels.size()), halves ? TexelFormat::f16 : TexelFormat::f32, source);
   const std::size_t size = bytes_of(out.format);
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < channels.size(); ++i)
@@ -72,10 +73,11 @@ Texels decode_checked(std::span<const std::byte> file, const std::string& name) 
 
 }  // namespace
 
-Texels decode_exr(std::span<const std::byte> file, const std::string& name) {
+Texels decode_exr(std::span<const std::byte> file, const PictureSource& source) {
+  const std::string& name = source.name;
   check_exr_bounds(file, name);
   try {
-    return decode_checked(file, name);
+    return decode_checked(file, source);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {

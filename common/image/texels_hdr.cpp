@@ -16,12 +16,13 @@ namespace {
 /// of R, G, B and a common exponent, packed by components or, in old files, by texels.
 class HdrReader {
  public:
-  HdrReader(std::span<const std::byte> file, const std::string& name) : file_(file), name_(name) {}
+  HdrReader(std::span<const std::byte> file, const PictureSource& source)
+      : file_(file), source_(source) {}
 
   Texels read() {
     read_header();
-    Texels out =
-        picture_of(width_, height_, 3, TexelFormat::f32, name_, least_bytes(), file_.size() - at_);
+    Texels out = picture_of(width_, height_, 3, TexelFormat::f32, source_, least_bytes(),
+                            file_.size() - at_);
     std::vector<Code> row(static_cast<std::size_t>(width_));
     for (std::int64_t y = 0; y < height_; ++y) {
       read_row(row);
@@ -43,7 +44,7 @@ class HdrReader {
   using Code = std::array<std::uint8_t, 4>;
 
   [[noreturn]] void refuse(std::string_view why) const {
-    refuse_picture(name_, fmt::format("not a valid HDR file: {}", why));
+    refuse_picture(source_.name, fmt::format("not a valid HDR file: {}", why));
   }
   std::uint8_t next() {
     if (at_ >= file_.size()) refuse("the file ends too early");
@@ -135,15 +136,15 @@ class HdrReader {
   }
 
   std::span<const std::byte> file_;
-  const std::string& name_;
+  const PictureSource& source_;
   std::size_t at_ = 0;
   std::int64_t width_ = 0, height_ = 0;
 };
 
 }  // namespace
 
-Texels decode_hdr(std::span<const std::byte> file, const std::string& name) {
-  return HdrReader(file, name).read();
+Texels decode_hdr(std::span<const std::byte> file, const PictureSource& source) {
+  return HdrReader(file, source).read();
 }
 
 }  // namespace tessera::image

@@ -83,7 +83,8 @@ bool read_rows(Reader& reader, std::byte* to, std::size_t row_bytes) {
 
 }  // namespace
 
-Texels decode_jpeg(std::span<const std::byte> file, const std::string& name) {
+Texels decode_jpeg(std::span<const std::byte> file, const PictureSource& source) {
+  const std::string& name = source.name;
   Reader reader;
   const auto refuse = [&] {
     refuse_picture(name, fmt::format("not a valid JPEG file: {}", reader.said.data()));
@@ -97,7 +98,7 @@ Texels decode_jpeg(std::span<const std::byte> file, const std::string& name) {
   const bool gray = space == JCS_GRAYSCALE;
   reader.jpeg.out_color_space = gray ? JCS_GRAYSCALE : JCS_RGB;
   Texels out = picture_of(reader.jpeg.image_width, reader.jpeg.image_height, gray ? 1 : 3,
-                          TexelFormat::u8, name, least_bytes(reader.jpeg), file.size());
+                          TexelFormat::u8, source, least_bytes(reader.jpeg), file.size());
   if (!read_rows(reader, out.bytes.data(), out.row_bytes())) refuse();
   return out;
 }

@@ -76,7 +76,8 @@ bool read_rows(Reader& reader, std::byte* to, std::size_t row_bytes, int height)
 
 }  // namespace
 
-Texels decode_png(std::span<const std::byte> file, const std::string& name) {
+Texels decode_png(std::span<const std::byte> file, const PictureSource& source) {
+  const std::string& name = source.name;
   Reader reader(file);
   if (reader.info == nullptr) throw Error(ErrorKind::failed, "libpng could not be started");
   const auto refuse = [&] {
@@ -90,9 +91,10 @@ Texels decode_png(std::span<const std::byte> file, const std::string& name) {
   const bool deep = png_get_bit_depth(reader.png, reader.info) == 16;
   const std::uint64_t height = png_get_image_height(reader.png, reader.info);
   const std::uint64_t packed_bytes = height * png_get_rowbytes(reader.png, reader.info);
-  Texels out = picture_of(
-      png_get_image_width(reader.png, reader.info), static_cast<std::int64_t>(height), channels,
-      deep ? TexelFormat::u16 : TexelFormat::u8, name, packed_bytes / densest_deflate, file.size());
+  Texels out =
+      picture_of(png_get_image_width(reader.png, reader.info), static_cast<std::int64_t>(height),
+                 channels, deep ? TexelFormat::u16 : TexelFormat::u8, source,
+                 packed_bytes / densest_deflate, file.size());
   if (!read_rows(reader, out.bytes.data(), out.row_bytes(), out.height)) refuse();
   return out;
 }

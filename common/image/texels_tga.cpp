@@ -79,7 +79,8 @@ bool looks_like_tga(std::span<const std::byte> file) {
          (header.palette == 1) == (kind == 1) && header.width > 0 && header.height > 0;
 }
 
-Texels decode_tga(std::span<const std::byte> file, const std::string& name) {
+Texels decode_tga(std::span<const std::byte> file, const PictureSource& source) {
+  const std::string& name = source.name;
   if (!looks_like_tga(file)) refuse_picture(name, "not a valid TGA file: its header is none");
   const Header header(file);
   if (file.size() > static_cast<std::size_t>(INT_MAX)) refuse_picture(name, "too large a TGA file");
@@ -93,7 +94,7 @@ Texels decode_tga(std::span<const std::byte> file, const std::string& name) {
     refuse(stbi_failure_reason());
   }
   if (ends_too_early(file, header)) refuse("the file ends too early");
-  Texels out = picture_of(width, height, channels, TexelFormat::u8, name);
+  Texels out = picture_of(width, height, channels, TexelFormat::u8, source);
   const std::unique_ptr<stbi_uc, void (*)(void*)> texels(
       stbi_load_from_memory(bytes, size, &width, &height, &channels, 0), stbi_image_free);
   if (texels == nullptr) refuse(stbi_failure_reason());

@@ -75,7 +75,7 @@ using Read = std::function<void(const fs::path&, const std::string&)>;
 template <class Decoder>
 Read by(const Decoder& decoder) {
   return [&decoder](const fs::path& file, const std::string& text) {
-    (void)decoder(std::as_bytes(std::span(text)), file.filename().string());
+    (void)decoder(std::as_bytes(std::span(text)), {file.filename().string()});
   };
 }
 

@@ -27,7 +27,7 @@ inline void check(const image::Texels& picture) {
 
 template <class Decoder>
 void decode(const Decoder& decoder, const std::uint8_t* data, std::size_t size) {
-  take_or_refuse([&] { check(decoder(bytes_of(data, size), "picture")); });
+  take_or_refuse([&] { check(decoder(bytes_of(data, size), {"picture"})); });
 }
 
 }  // namespace tessera::fuzz

@@ -199,6 +199,20 @@ void put_big_endian(File& file, std::size_t at, std::uint32_t value) {
     file[at + i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255U);
 }
 
+TEST(Texels, pictures_may_share_a_budget_that_none_exceeds) {
+  const std::vector<std::byte> file = make_png(5, 3, 8, 2, Samples(45));
+  TexelBudget budget(100);
+  EXPECT_NO_THROW(decode_texels(file, "a.png", &budget));
+  EXPECT_NO_THROW(decode_texels(file, "b.png", &budget));
+  try {
+    decode_texels(file, "c.png", &budget);
+    FAIL() << "45 bytes of the 10 that are left";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::too_large);
+    EXPECT_EQ(error.place().file, "c.png");
+  }
+}
+
 TEST(Texels, a_picture_that_would_unpack_to_gigabytes_is_refused_by_its_header) {
   const auto refused = [](const File& file, const std::string& name) {
     try {
