@@ -191,7 +191,7 @@ void add_overrides(CLI::App& command, SceneOverrides& overrides) {
   command
       .add_option("--units", overrides.units,
                   "What a glTF file's lights without a size are in: physical (candela, lux) or "
-                  "blender (these, made of watts by 683 lm/W: divided by it)")
+                  "blender (these times 683, as Blender's lighting mode Standard writes them)")
       ->type_name("NAME");
 }
 

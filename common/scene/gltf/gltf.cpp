@@ -183,12 +183,30 @@ class Assembler {
       scene_.instances.push_back({.object = object, .to_world = to_world});
   }
 
+  /// Of data of vertices that no picture shows.
+  void warn_of_attributes() {
+    for (const tinygltf::Mesh& mesh : asset_.model.meshes)
+      for (const tinygltf::Primitive& primitive : mesh.primitives) {
+        for (const auto& [name, accessor] : primitive.attributes)
+          if ((name.starts_with("TEXCOORD_") && name != "TEXCOORD_0" && name != "TEXCOORD_1") ||
+              (name.starts_with("COLOR_") && name != "COLOR_0"))
+            asset_.warn(
+                "vertices' colours beyond the first set and texture coordinates beyond the "
+                "second are passed over");
+        for (const auto& target : primitive.targets)
+          for (const auto& [name, accessor] : target)
+            if (name.starts_with("TEXCOORD_") || name.starts_with("COLOR_"))
+              asset_.warn("morph targets' colours and texture coordinates are passed over");
+      }
+  }
+
   void warn_of_the_rest() {
+    warn_of_attributes();
     if (options_.units == Units::physical && !scene_.lights.empty() &&
         asset_.model.asset.generator.find("Blender") != std::string::npos)
       asset_.warn(
-          "Blender wrote it, unless told otherwise with lights of 683 times its own units: "
-          "--units blender takes them for that");
+          "Blender wrote it: if its lighting mode was Standard, lights are 683 times what they are "
+          "there, and --units blender divides them by that");
     if (const auto names = variants_of(asset_); !names.empty() && variant_ < 0)
       asset_.warn(fmt::format("the file has variants of its materials ({}); the default is shown",
                               fmt::join(names, ", ")));

@@ -7,7 +7,10 @@
 namespace tessera::scene {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
 using Triangle = std::array<std::uint32_t, 3>;
 using Point = std::array<float, 3>;
 
@@ -215,6 +218,19 @@ TEST(GltfMesh, parts_that_share_vertices_may_read_them_again_and_again) {
   const LoadedScene loaded = file.load();
   ASSERT_EQ(loaded.scene.shapes.size(), parts);
   EXPECT_EQ(mesh_of(loaded.scene.shapes.back()).positions.size(), 3U);
+}
+
+TEST(GltfMesh, what_no_picture_shows_of_vertices_is_said) {
+  GltfFile file;
+  file.with_triangle();
+  auto& primitive = file.json["meshes"][0]["primitives"][0];
+  const auto said = [&] { return file.load().warnings; };
+  EXPECT_THAT(said(), Not(Contains(HasSubstr("passed over"))));
+  const int pairs = file.floats({0, 0, 1, 0, 0, 1}, "VEC2");
+  primitive["attributes"]["TEXCOORD_2"] = pairs;
+  EXPECT_THAT(said(), Contains(HasSubstr("beyond the second are passed over")));
+  primitive["targets"] = nlohmann::json::array({{{"TEXCOORD_0", pairs}}});
+  EXPECT_THAT(said(), Contains(HasSubstr("morph targets' colours")));
 }
 
 }  // namespace
