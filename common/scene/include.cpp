@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/parts.hpp"
@@ -68,6 +70,17 @@ std::vector<TextureUse*> uses_of(Material& material) {
   return out;
 }
 
+/// A glTF file, and how it joins the scene.
+struct Inclusion {
+  Value file;
+  Transform to_world;
+  gltf::Options options;
+
+  /// Two of one key bring the same.
+  using Key = std::tuple<std::string, std::optional<std::string>, gltf::Units>;
+  [[nodiscard]] Key key() const { return {file.text(), options.variant, options.units}; }
+};
+
 class Includer {
  public:
   Includer(Reading& reading, Scene& out)
@@ -76,32 +89,47 @@ class Includer {
         own_materials_(reading.materials.size()),
         own_lights_(out.lights.size()) {}
 
-  void add(const Value& file, const Transform& to_world, const gltf::Options& options) {
-    if (!gltf::is_gltf(file.text()))
-      file.fail_expected("the name of a glTF file, which ends in .gltf or .glb");
-    Scene part = reading_.load_part(file, options);
-    take_materials(part, file);
-    const auto first_object = static_cast<std::uint32_t>(out_.objects.size());
-    for (Object& object : part.objects) {
-      for (Shape& shape : object.shapes) shape.material = materials_[shape.material];
-      out_.objects.push_back(std::move(object));
-    }
-    for (Instance& instance : part.instances) {
-      instance.object += first_object;
-      instance.to_world = to_world * instance.to_world;
-      out_.instances.push_back(instance);
-    }
-    for (Shape& shape : part.shapes) {
-      shape.material = materials_[shape.material];
-      shape.to_world = to_world * shape.to_world;
-      out_.shapes.push_back(std::move(shape));
-    }
+  /// `several`: it is not the only one of its key. What a file brings is in memory once.
+  void add(const Inclusion& wanted, bool several) {
+    Scene& part = part_of(wanted, several);
+    const Transform& to_world = wanted.to_world;
+    if (!several)
+      for (Shape& shape : part.shapes) {
+        shape.to_world = to_world * shape.to_world;
+        out_.shapes.push_back(std::move(shape));
+      }
+    for (const Instance& instance : part.instances)
+      out_.instances.push_back({instance.object, to_world * instance.to_world});
     take_named(part.lights, out_.lights, own_lights_, to_world);
     // No two cameras have one name: --camera could not tell them apart.
     take_named(part.cameras, out_.cameras, out_.cameras.size(), to_world);
   }
 
  private:
+  /// Where several of it will stand, its shapes are an object of which each is an instance.
+  Scene& part_of(const Inclusion& wanted, bool several) {
+    const auto [found, fresh] = parts_.try_emplace(wanted.key());
+    Scene& part = found->second;
+    if (!fresh) return part;
+    part = reading_.load_part(wanted.file, wanted.options);
+    take_materials(part, wanted.file);
+    const auto renumber = [&](std::vector<Shape>& shapes) {
+      for (Shape& shape : shapes) shape.material = materials_[shape.material];
+    };
+    const auto first_object = static_cast<std::uint32_t>(out_.objects.size());
+    for (Object& object : part.objects) {
+      renumber(object.shapes);
+      out_.objects.push_back(std::move(object));
+    }
+    for (Instance& instance : part.instances) instance.object += first_object;
+    renumber(part.shapes);
+    if (several && !part.shapes.empty()) {
+      part.instances.push_back({static_cast<std::uint32_t>(out_.objects.size()), {}});
+      out_.objects.push_back({wanted.file.text(), std::move(part.shapes)});
+    }
+    return part;
+  }
+
   /// A material of the scene's own takes the place of an included one of its name.
   void take_materials(Scene& part, const Value& file) {
     const auto first_image = static_cast<std::uint32_t>(out_.images.size());
@@ -131,9 +159,9 @@ class Includer {
   /// Behind those that are there; one of the first `own` takes the place of an included one of its
   /// name.
   template <class Named>
-  static void take_named(std::vector<Named>& from, std::vector<Named>& to, std::size_t own,
+  static void take_named(const std::vector<Named>& from, std::vector<Named>& to, std::size_t own,
                          const Transform& to_world) {
-    for (Named& one : from) {
+    for (Named one : from) {
       const auto end = to.begin() + static_cast<std::ptrdiff_t>(own);
       if (std::any_of(to.begin(), end, [&](const Named& other) { return other.name == one.name; }))
         continue;
@@ -146,27 +174,38 @@ class Includer {
   Scene& out_;
   std::size_t own_materials_, own_lights_;  ///< the scene's; included ones stand behind them
   std::vector<std::uint32_t> materials_;    ///< of the part → of the scene
+  /// Files that were read, with the scene's numbers of materials and objects.
+  std::map<Inclusion::Key, Scene> parts_;
 };
+
+Inclusion read_inclusion(const Value& item) {
+  const auto checked = [](const Value& file) {
+    if (!gltf::is_gltf(file.text()))
+      file.fail_expected("the name of a glTF file, which ends in .gltf or .glb");
+    return file;
+  };
+  if (item.kind() == Kind::text) return {.file = checked(item), .to_world = {}, .options = {}};
+  Fields in(item);
+  Inclusion out{.file = checked(in.required("file")), .to_world = {}, .options = {}};
+  if (const auto transform = in.optional("transform")) out.to_world = read_transform(*transform);
+  if (const auto variant = in.optional("variant")) out.options.variant = variant->text();
+  if (const auto units = in.optional("units"))
+    out.options.units = read_word(*units, "units", gltf::unit_names);
+  in.finish();
+  return out;
+}
 
 }  // namespace
 
 void read_includes(const Value& list, Reading& reading, Scene& out) {
-  Includer includer(reading, out);
+  std::vector<Inclusion> wanted;
+  std::map<Inclusion::Key, int> count;
   for (const Value& item : list.items("a list of glTF files, each a name or {\"file\": …}")) {
-    if (item.kind() == Kind::text) {
-      includer.add(item, Transform{}, {});
-      continue;
-    }
-    Fields in(item);
-    const Value file = in.required("file");
-    const auto transform = in.optional("transform");
-    gltf::Options options;
-    if (const auto variant = in.optional("variant")) options.variant = variant->text();
-    if (const auto units = in.optional("units"))
-      options.units = read_word(*units, "units", gltf::unit_names);
-    in.finish();
-    includer.add(file, transform ? read_transform(*transform) : Transform{}, options);
+    wanted.push_back(read_inclusion(item));
+    ++count[wanted.back().key()];
   }
+  Includer includer(reading, out);
+  for (const Inclusion& one : wanted) includer.add(one, count[one.key()] > 1);
 }
 
 }  // namespace tessera::scene

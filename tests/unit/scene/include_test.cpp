@@ -67,13 +67,32 @@ TEST(Include, the_scene_s_own_names_come_first) {
     "shapes": [{"type": "sphere", "material": "red"}])");
   const Scene& scene = loaded.scene;
   EXPECT_EQ(scene.materials.size(), 2U);
-  ASSERT_EQ(scene.shapes.size(), 3U);
-  for (const Shape& shape : scene.shapes) EXPECT_EQ(shape.material, 1U);
+  ASSERT_EQ(scene.shapes.size(), 1U);
+  EXPECT_EQ(scene.shapes[0].material, 1U);
+  EXPECT_EQ(scene.objects.at(0).shapes.at(0).material, 1U);
   ASSERT_EQ(scene.cameras.size(), 2U);
   EXPECT_EQ(scene.cameras[0].name, "mine");
   EXPECT_EQ(scene.cameras[1].name, "inside");
   ASSERT_EQ(scene.lights.size(), 1U);
   EXPECT_EQ(std::get<PointLight>(scene.lights[0].shape).position, (Vec3{7, 7, 7}));
+}
+
+TEST(Include, a_file_that_stands_several_times_is_in_memory_once) {
+  const TemporaryFolder folder;
+  write_part(folder);
+  const LoadedScene loaded = load_with(folder, R"("include": ["parts/one.glb",
+    {"file": "parts/one.glb", "transform": [{"translate": [5, 0, 0]}]},
+    {"file": "parts/one.glb", "units": "blender"}])");
+  const Scene& scene = loaded.scene;
+  EXPECT_EQ(scene.shapes.size(), 1U) << "what is read in another way is another";
+  ASSERT_EQ(scene.objects.size(), 1U);
+  ASSERT_EQ(scene.objects[0].shapes.size(), 1U);
+  ASSERT_EQ(scene.instances.size(), 2U);
+  EXPECT_EQ(scene.instances[0].to_world.m[3], 0);
+  EXPECT_EQ(scene.instances[1].to_world.m[3], 5);
+  ASSERT_EQ(scene.lights.size(), 3U);
+  EXPECT_EQ(std::get<PointLight>(scene.lights[1].shape).position, (Vec3{5, 1, 0}));
+  EXPECT_EQ(scene.materials.size(), 2U);
 }
 
 TEST(Include, textures_of_several_files_are_told_apart) {
