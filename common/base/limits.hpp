@@ -49,6 +49,8 @@ constexpr std::size_t scene_json_bytes = 512 * MiB;
 constexpr int json_depth = 64;
 constexpr std::size_t mesh_vertices = 1U << 30;
 constexpr std::size_t mesh_triangles = 1U << 30;
+/// Faces that are sampled as lights, instances counted; a worker keeps some 220 bytes for each.
+constexpr std::size_t light_faces = 8U << 20;
 
 // Textures: of each picture, but the last.
 constexpr int image_side = 65536;         ///< texels

@@ -130,7 +130,8 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
   at.material = geometry.materials[hit.primitive];
   if (!geometry.emitters.empty()) {
     const std::uint32_t emitter = geometry.emitters[hit.primitive];
-    if (emitter != no_id) at.light = placement.first_light + emitter;
+    if (emitter != no_id && placement.first_light != no_id)
+      at.light = placement.first_light + emitter;
   }
   ShadingPoint& point = at.shading;
   point.wo = -ray.direction;

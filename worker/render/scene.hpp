@@ -54,8 +54,9 @@ struct Group {
 /// k is instance k.
 struct Placement {
   std::uint32_t group = 0;
-  std::uint32_t first_light = 0;  ///< emitter e of the group is light first_light + e
-  bool moved = false;             ///< false: the identity
+  /// Emitter e of the group is light first_light + e; no_id: they are left to paths to find.
+  std::uint32_t first_light = 0;
+  bool moved = false;  ///< false: the identity
   accel::Affine to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   std::array<float, 9> normal_to_world{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< inverse transpose, rows
   /// How much the way into the group's space and back enlarges rounding errors, ≥ 1.

@@ -140,18 +140,17 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   // Embree takes its memory from the system, and would not find what meshes left here.
   malloc_trim(0);
   out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
-  std::vector<render::Light> lights =
-      lights_of(merged[0], out.materials, scene::Transform{}, render::no_id);
+  std::vector<render::Light> lights;
   out.placements.emplace_back();
+  out.placements[0].first_light =
+      add_lights(merged[0], out.materials, scene::Transform{}, render::no_id, lights);
   for (const Arrangement::Placed& placed : arrangement.placed) {
     const scene::Transform to_world = relative_to(placed.to_world, out.origin);
     const auto instance =
         out.world_geometries + static_cast<std::uint32_t>(out.placements.size() - 1);
-    out.placements.push_back(placement_of(to_world, static_cast<std::uint32_t>(placed.group),
-                                          static_cast<std::uint32_t>(lights.size())));
-    const std::vector<render::Light> more =
-        lights_of(merged[placed.group], out.materials, to_world, instance);
-    lights.insert(lights.end(), more.begin(), more.end());
+    out.placements.push_back(
+        placement_of(to_world, static_cast<std::uint32_t>(placed.group),
+                     add_lights(merged[placed.group], out.materials, to_world, instance, lights)));
   }
   if (from.environment) {
     out.has_environment = true;

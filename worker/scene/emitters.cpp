@@ -60,11 +60,12 @@ class LightMaker {
 
 }  // namespace
 
-std::vector<render::Light> lights_of(const MergedGroup& group,
-                                     std::span<const render::CompiledMaterial> materials,
-                                     const scene::Transform& to_world, std::uint32_t instance) {
-  std::vector<render::Light> lights;
-  lights.reserve(group.emitters.size());
+std::uint32_t add_lights(const MergedGroup& group,
+                         std::span<const render::CompiledMaterial> materials,
+                         const scene::Transform& to_world, std::uint32_t instance,
+                         std::vector<render::Light>& lights, std::size_t most) {
+  if (lights.size() + group.emitters.size() > most) return render::no_id;
+  const auto first = static_cast<std::uint32_t>(lights.size());
   const LightMaker maker(to_world);
   for (const EmittingFace& emitter : group.emitters) {
     const render::Geometry& geometry = group.group.geometries[emitter.geometry];
@@ -78,7 +79,7 @@ std::vector<render::Light> lights_of(const MergedGroup& group,
     light.primitive = emitter.primitive;
     lights.push_back(light);
   }
-  return lights;
+  return first;
 }
 
 render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,

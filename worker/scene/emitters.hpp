@@ -1,16 +1,20 @@
 #pragma once
 #include <vector>
 
+#include "common/base/limits.hpp"
 #include "worker/render/scene.hpp"
 #include "worker/scene/merge.hpp"
 
 namespace tessera::worker {
 
-/// The lights that a group's emitting faces are where `placement` puts them, in order. Throws
+/// Adds the lights that a group's emitting faces are where `to_world` puts them, in order, and says
+/// which is the first; no_id, and none is added, where there would be more than `most`. Throws
 /// Error{bad_input} for a sphere that becomes an ellipsoid.
-std::vector<render::Light> lights_of(const MergedGroup& group,
-                                     std::span<const render::CompiledMaterial> materials,
-                                     const scene::Transform& to_world, std::uint32_t instance);
+std::uint32_t add_lights(const MergedGroup& group,
+                         std::span<const render::CompiledMaterial> materials,
+                         const scene::Transform& to_world, std::uint32_t instance,
+                         std::vector<render::Light>& lights,
+                         std::size_t most = limits::light_faces);
 
 /// A light without a size, in a scene that was moved by −`origin` and lies within `bounds`.
 render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,

@@ -8,7 +8,7 @@
 namespace tessera::render {
 namespace {
 
-double irradiance(const Light& light, const Vec3& p = {}) {
+double received(const Light& light, const Vec3& p = {}) {
   const LightSample drawn = sample(light, {.p = p, .n = {0, 1, 0}}, {0.3F, 0.7F});
   if (!drawn) return 0;
   EXPECT_TRUE(drawn.delta);
@@ -19,20 +19,20 @@ double irradiance(const Light& light, const Vec3& p = {}) {
 Light light_of(auto shape) { return {.shape = shape, .radiance = gray(6)}; }
 
 TEST(DeltaLight, a_point_gives_intensity_over_distance_squared) {
-  EXPECT_NEAR(irradiance(light_of(PointLight{{0, 2, 0}})), 6.0 / 4, 1e-6);
+  EXPECT_NEAR(received(light_of(PointLight{{0, 2, 0}})), 6.0 / 4, 1e-6);
   // From the side: cos θ / d² = (2 / √8) / 8.
-  EXPECT_NEAR(irradiance(light_of(PointLight{{2, 2, 0}})), 6 * 2 / std::sqrt(8.0) / 8, 1e-6);
-  EXPECT_EQ(irradiance(light_of(PointLight{{0, 2, 0}}), {0, 2, 0}), 0) << "at the point itself";
+  EXPECT_NEAR(received(light_of(PointLight{{2, 2, 0}})), 6 * 2 / std::sqrt(8.0) / 8, 1e-6);
+  EXPECT_EQ(received(light_of(PointLight{{0, 2, 0}}), {0, 2, 0}), 0) << "at the point itself";
 }
 
 TEST(DeltaLight, a_spot_falls_off_between_its_cones) {
   const float cos_inner = std::cos(0.2F), cos_outer = std::cos(0.5F);
   const auto at = [&](double degrees) {
     const auto radians = static_cast<float>(degrees);
-    return irradiance(light_of(SpotLight{.position = {0, 1, 0},
-                                         .axis = {std::sin(radians), -std::cos(radians), 0},
-                                         .cos_inner = cos_inner,
-                                         .cos_outer = cos_outer}));
+    return received(light_of(SpotLight{.position = {0, 1, 0},
+                                       .axis = {std::sin(radians), -std::cos(radians), 0},
+                                       .cos_inner = cos_inner,
+                                       .cos_outer = cos_outer}));
   };
   EXPECT_NEAR(at(0), 6, 1e-5);
   EXPECT_NEAR(at(0.19), 6, 1e-5);
@@ -44,8 +44,8 @@ TEST(DeltaLight, a_spot_falls_off_between_its_cones) {
 
 TEST(DeltaLight, a_directional_one_gives_its_irradiance_everywhere) {
   const Light light = light_of(DirectionalLight{.direction = {0.6F, -0.8F, 0}, .radius = 3});
-  EXPECT_NEAR(irradiance(light), 6 * 0.8, 1e-6);
-  EXPECT_NEAR(irradiance(light, {100, 50, 7}), 6 * 0.8, 1e-6);
+  EXPECT_NEAR(received(light), 6 * 0.8, 1e-6);
+  EXPECT_NEAR(received(light, {100, 50, 7}), 6 * 0.8, 1e-6);
   EXPECT_TRUE(std::isinf(sample(light, {.p = {}}, {0, 0}).distance));
 }
 
@@ -76,10 +76,11 @@ TEST(DeltaLight, power_is_what_goes_out) {
   EXPECT_NEAR(watts(light_of(spot)), sum, 1e-3 * sum);
 }
 
-TEST(DeltaLight, is_chosen_by_its_power) {
+TEST(DeltaLight, is_chosen_by_its_intensity) {
   const LightTable table({light_of(PointLight{}), {.shape = PointLight{}, .radiance = gray(18)}});
-  EXPECT_NEAR(table.pmf(0), 0.25, 1e-6);
-  EXPECT_NEAR(table.pmf(1), 0.75, 1e-6);
+  const LightContext context{.p = {1, 2, 3}};
+  EXPECT_NEAR(table.pmf(context, 0), 0.25, 1e-6);
+  EXPECT_NEAR(table.pmf(context, 1), 0.75, 1e-6);
 }
 
 }  // namespace

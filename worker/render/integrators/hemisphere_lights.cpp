@@ -9,7 +9,7 @@ namespace {
 /// One light, and a point on it. The pdf holds the choice.
 LightSample sample_lights_by_area(const LightTable& lights, const LightContext& context,
                                   const Draw4& draw) {
-  const LightTable::Pick chosen = lights.pick(draw.bits(dim::light_pick));
+  const LightTable::Pick chosen = lights.pick(context, draw.bits(dim::light_pick));
   if (!(chosen.pmf > 0)) return {};
   LightSample light = sample_by_area(lights[chosen.light], context, draw.pair(dim::light));
   light.pdf *= chosen.pmf;
@@ -37,9 +37,10 @@ struct HemisphereLightsRules : HemisphereRules {
                  lights[light.light].group);
     }
   }
-  /// A light too weak beside the others to be ever chosen is left to scattered rays.
+  /// A light that is never chosen where the path last scattered is left to scattered rays.
   static bool counts(const Trace& trace, const PathState& path, std::uint32_t light) {
-    return path.last_specular || light == no_id || !(trace.scene.lights.pmf(light) > 0);
+    return path.last_specular || light == no_id ||
+           !(trace.scene.lights.pmf(path.last_context, light) > 0);
   }
 };
 

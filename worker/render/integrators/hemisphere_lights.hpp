@@ -11,10 +11,10 @@ namespace tessera::render {
 /// which light samples are blind.
 ///
 /// Points are uniform in area, not in solid angle as path() takes them, because the report draws
-/// them so: what replaced that stands beside it in path(). Which light a sample goes to is drawn in
-/// proportion to the lights' power, as path() does; the report has a single light, where the two
-/// are the same. There is no multiple importance sampling: close to a light its 1/r² is unbounded.
-/// No roulette either (see hemisphere()).
+/// them so: what replaced that stands beside it in path(). Which light a sample goes to is drawn as
+/// path() does; the report has a single light, where there is nothing to choose. There is no
+/// multiple importance sampling: close to a light its 1/r² is unbounded. No roulette either (see
+/// hemisphere()).
 void hemisphere_lights(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record);
 
 }  // namespace tessera::render

@@ -59,7 +59,8 @@ inline FirstLobe lobe_of(const BsdfSample& drawn) {
   return drawn.specular ? FirstLobe::specular : FirstLobe::diffuse;
 }
 
-/// Where light samples are taken from: the side of wo, unless light may come from both. That is
+/// Where light samples are taken from: the side of wo, unless light may come from both; where lobes
+/// have frames of their own, by the geometric normal, across which none of them scatters. That is
 /// also where the ray to the light starts, so that a light which scatters too finds its own points
 /// on the right side of itself.
 inline LightContext light_context(const Interaction& at, const Closure& closure,
@@ -68,7 +69,7 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
   context.p = at.p;
   context.medium = path.media.innermost();
   if ((closure.flags & lobe_flag::transmission) == 0) {
-    const Vec3& n = closure.shading.n;
+    const Vec3& n = closure.frame_count > 0 ? closure.normal : closure.shading.n;
     context.n = dot(n, at.shading.wo) < 0 ? -n : n;
     context.p = at.start(at.shading.wo);
   }

@@ -9,15 +9,21 @@ namespace tessera::render {
 
 namespace {
 
-Vec3 normal_of(const QuadLight& quad) { return cross(quad.edge_u, quad.edge_v); }
-Vec3 normal_of(const TriangleLight& t) { return cross(t.b - t.a, t.c - t.a); }
+// In double: the square of a product of two lengths leaves float's range.
+Vec3d normal_of(const QuadLight& quad) {
+  return cross(to_double(quad.edge_u), to_double(quad.edge_v));
+}
+Vec3d normal_of(const TriangleLight& t) {
+  const Vec3d a = to_double(t.a);
+  return cross(to_double(t.b) - a, to_double(t.c) - a);
+}
 
 /// True if p, seen along -wi from the light, is on the side to which it emits.
 bool faces(const QuadLight& quad, const LightContext&, const Vec3& wi) {
-  return dot(normal_of(quad), wi) < 0;
+  return dot(normal_of(quad), to_double(wi)) < 0;
 }
 bool faces(const TriangleLight& triangle, const LightContext&, const Vec3& wi) {
-  return dot(normal_of(triangle), wi) < 0;
+  return dot(normal_of(triangle), to_double(wi)) < 0;
 }
 bool faces(const SphereLight& sphere, const LightContext& context, const Vec3&) {
   const Vec3d d = to_double(context.p) - to_double(sphere.center);
@@ -55,13 +61,8 @@ Bounds3 bounds_of(const SpotLight& spot) { return {spot.position, spot.position}
 Bounds3 bounds_of(const DirectionalLight&) { return {}; }
 
 /// What the power of radiance 1 is on one side: ∫∫ cos θ dω dA, in m²·sr.
-double etendue_of(const QuadLight& quad) {
-  return pi_d * length(cross(to_double(quad.edge_u), to_double(quad.edge_v)));
-}
-double etendue_of(const TriangleLight& t) {
-  const Vec3d a = to_double(t.a);
-  return 0.5 * pi_d * length(cross(to_double(t.b) - a, to_double(t.c) - a));
-}
+double etendue_of(const QuadLight& quad) { return pi_d * length(normal_of(quad)); }
+double etendue_of(const TriangleLight& t) { return 0.5 * pi_d * length(normal_of(t)); }
 double etendue_of(const SphereLight& sphere) {
   return 4 * pi_d * pi_d * static_cast<double>(sphere.radius) * sphere.radius;
 }
@@ -80,6 +81,24 @@ double etendue_of(const DirectionalLight& light) {
   return pi_d * static_cast<double>(light.radius) * light.radius;
 }
 
+/// The area that is seen from where most of it is, m²; 1 where radiance stands for intensity.
+double seen_area_of(const QuadLight& quad) { return etendue_of(quad) / pi_d; }
+double seen_area_of(const TriangleLight& triangle) { return etendue_of(triangle) / pi_d; }
+double seen_area_of(const SphereLight& sphere) {
+  return pi_d * static_cast<double>(sphere.radius) * sphere.radius;
+}
+double seen_area_of(const PointLight&) { return 1; }
+double seen_area_of(const SpotLight&) { return 1; }
+double seen_area_of(const EnvironmentLight&) { return 0; }
+double seen_area_of(const DirectionalLight&) { return 0; }
+
+/// The mean over the light, in the light's own unit.
+Color mean_radiance(const Light& light) {
+  const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
+  if (environment == nullptr || environment->map == nullptr) return light.radiance;
+  return light.radiance * environment->map->mean();
+}
+
 /// What the environment sends from `wi`, as a share of its light's radiance.
 Color share_along(const Light& light, const Vec3d& wi) {
   const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
@@ -89,7 +108,7 @@ Color share_along(const Light& light, const Vec3d& wi) {
 
 template <class Flat>
 EmissionCone flat_cone(const Flat& flat, bool two_sided) {
-  return {.axis = normalize(normal_of(flat)), .cos_theta_o = two_sided ? -1.0F : 1.0F};
+  return {.axis = to_float(normalize(normal_of(flat))), .cos_theta_o = two_sided ? -1.0F : 1.0F};
 }
 EmissionCone cone_of(const QuadLight& quad, bool two_sided) { return flat_cone(quad, two_sided); }
 EmissionCone cone_of(const TriangleLight& t, bool two_sided) { return flat_cone(t, two_sided); }
@@ -156,11 +175,19 @@ EmissionCone cone(const Light& light) {
 Color power(const Light& light) {
   const double etendue =
       std::visit([](const auto& shape) { return etendue_of(shape); }, light.shape);
-  const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
-  const Color mean = environment != nullptr && environment->map != nullptr
-                         ? light.radiance * environment->map->mean()
-                         : light.radiance;
-  return mean * static_cast<float>(light.two_sided ? 2 * etendue : etendue);
+  return mean_radiance(light) * static_cast<float>(light.two_sided ? 2 * etendue : etendue);
+}
+
+Color intensity(const Light& light) {
+  const double area =
+      std::visit([](const auto& shape) { return seen_area_of(shape); }, light.shape);
+  return mean_radiance(light) * static_cast<float>(area);
+}
+
+Color irradiance(const Light& light) {
+  if (std::holds_alternative<DirectionalLight>(light.shape)) return light.radiance;
+  if (!std::holds_alternative<EnvironmentLight>(light.shape)) return {};
+  return mean_radiance(light) * pi;
 }
 
 }  // namespace tessera::render

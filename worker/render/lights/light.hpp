@@ -125,5 +125,10 @@ Bounds3 bounds(const Light& light);
 EmissionCone cone(const Light& light);
 /// Watts, per channel; of what is infinitely far, through the sphere around the scene.
 Color power(const Light& light);
+/// W·sr⁻¹, per channel, in the direction in which it is greatest; black for what is infinitely far.
+Color intensity(const Light& light);
+/// W·m⁻², per channel, that what is infinitely far gives a surface which faces it, or sees half of
+/// it; black for what is not.
+Color irradiance(const Light& light);
 
 }  // namespace tessera::render

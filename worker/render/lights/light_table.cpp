@@ -1,82 +1,73 @@
 #include "worker/render/lights/light_table.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera::render {
 
-namespace {
-constexpr double whole = 0x1p32;
-}
-
-LightTable::LightTable(std::vector<Light> lights)
-    : lights_(std::move(lights)), buckets_(lights_.size()), pmf_(lights_.size(), 0.0F) {
-  const std::size_t n = lights_.size();
-  std::vector<double> share(n);
-  double total = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (std::holds_alternative<EnvironmentLight>(lights_[i].shape)) {
-      environment_ = static_cast<std::uint32_t>(i);
-      continue;
-    }
-    share[i] = static_cast<double>(luminance(power(lights_[i])));
-    total += share[i];
+LightTable::LightTable(std::vector<Light> lights, Choice choice) : lights_(std::move(lights)) {
+  std::vector<double> powers;
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    if (std::holds_alternative<EnvironmentLight>(lights_[i].shape)) environment_ = i;
+    if (bounds(lights_[i]).empty()) far_.push_back(i);
+    if (choice == Choice::by_power)
+      powers.push_back(static_cast<double>(luminance(power(lights_[i]))));
   }
-  if (environment_ != no_id && luminance(lights_[environment_].radiance) > 0) {
-    // As much as all others together, as pbrt-v4's BVHLightSampler does (lightsamplers.h). Its
-    // power goes by how far the scene reaches, and a wide ground would leave nothing to the lamps.
-    share[environment_] = total > 0 ? total : 1;
-    total += share[environment_];
-  }
-  if (!(total > 0)) {
-    buckets_.clear();
+  if (choice == Choice::by_power) {
+    by_power_ = AliasTable(powers);
     return;
   }
-
-  // Vose, "A linear algorithm for generating random numbers with a given distribution", 1991.
-  std::vector<std::uint32_t> small, large;
-  for (std::size_t i = 0; i < n; ++i) {
-    share[i] *= static_cast<double>(n) / total;
-    (share[i] < 1 ? small : large).push_back(static_cast<std::uint32_t>(i));
-  }
-  std::vector<double> own(n,
-                          whole);  // of 2^32 numbers, those that stay with the bucket's own light
-  for (std::size_t i = 0; i < n; ++i) buckets_[i].alias = static_cast<std::uint32_t>(i);
-  while (!small.empty() && !large.empty()) {
-    const std::uint32_t poor = small.back(), rich = large.back();
-    small.pop_back();
-    const auto threshold = static_cast<std::uint32_t>(share[poor] * (whole - 1));
-    buckets_[poor] = {.threshold = threshold, .alias = rich};
-    own[poor] = threshold;
-    share[rich] -= 1 - share[poor];
-    if (share[rich] < 1) {
-      large.pop_back();
-      small.push_back(rich);
-    }
-  }
-
-  // What pick() truly does, thresholds rounded as they are.
-  std::vector<double> numbers(n, 0.0);
-  for (std::size_t i = 0; i < n; ++i) {
-    numbers[i] += own[i];
-    numbers[buckets_[i].alias] += whole - own[i];
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    pmf_[i] = static_cast<float>(numbers[i] / (whole * static_cast<double>(n)));
-  }
+  near_ = LightTree(lights_);
+  weigh_far();
 }
 
-LightTable::Pick LightTable::pick(std::uint32_t bits) const {
-  if (buckets_.empty()) return {};
-  const std::uint64_t scaled = static_cast<std::uint64_t>(bits) * buckets_.size();
-  const auto index = static_cast<std::uint32_t>(scaled >> 32);
-  const Bucket& bucket = buckets_[index];
-  const std::uint32_t light =
-      static_cast<std::uint32_t>(scaled) < bucket.threshold ? index : bucket.alias;
-  return {.light = light, .pmf = pmf_[light]};
+void LightTable::weigh_far() {
+  std::vector<double> weights;
+  double total = 0, shining = 0;
+  for (const std::uint32_t light : far_) {
+    weights.push_back(static_cast<double>(luminance(irradiance(lights_[light]))));
+    total += weights.back();
+    shining += weights.back() > 0 ? 1 : 0;
+  }
+  if (!(total > 0)) return;
+  for (double& weight : weights) {
+    if (weight > 0) weight = weight / total + 1 / shining;
+  }
+  far_choice_ = AliasTable(weights);
+}
+
+double LightTable::near_share(const LightContext& context) const {
+  if (far_choice_.empty()) return 1;
+  return near_.reaches(context) ? 0.5 : 0;
+}
+
+LightTable::Pick LightTable::pick(const LightContext& context, std::uint32_t bits) const {
+  if (!by_power_.empty()) {
+    const AliasTable::Pick chosen = by_power_.pick(bits);
+    return {.light = chosen.index, .pmf = chosen.pmf};
+  }
+  const double u = bits * 0x1p-32, near = near_share(context);
+  if (u < near) {
+    const LightTree::Pick chosen = near_.pick(context, u / near);
+    return {.light = chosen.light, .pmf = chosen.pmf * static_cast<float>(near)};
+  }
+  const double left = std::min((u - near) / (1 - near), 1 - 0x1p-32);
+  const AliasTable::Pick chosen = far_choice_.pick(static_cast<std::uint32_t>(left * 0x1p32));
+  return {.light = far_[chosen.index], .pmf = chosen.pmf * static_cast<float>(1 - near)};
+}
+
+float LightTable::pmf(const LightContext& context, std::uint32_t light) const {
+  if (!by_power_.empty()) return by_power_.pmf(light);
+  const double near = near_share(context);
+  const auto far = std::lower_bound(far_.begin(), far_.end(), light);
+  if (far == far_.end() || *far != light)
+    return near > 0 ? near_.pmf(context, light) * static_cast<float>(near) : 0;
+  const auto index = static_cast<std::uint32_t>(far - far_.begin());
+  return far_choice_.empty() ? 0 : far_choice_.pmf(index) * static_cast<float>(1 - near);
 }
 
 LightSample LightTable::sample(const LightContext& context, std::uint32_t pick_bits, Vec2 u) const {
-  const Pick chosen = pick(pick_bits);
+  const Pick chosen = pick(context, pick_bits);
   if (!(chosen.pmf > 0)) return {};
   LightSample drawn = render::sample(lights_[chosen.light], context, u);
   drawn.pdf *= chosen.pmf;
@@ -85,7 +76,7 @@ LightSample LightTable::sample(const LightContext& context, std::uint32_t pick_b
 }
 
 float LightTable::pdf(const LightContext& context, std::uint32_t light, const LightHit& hit) const {
-  const float choice = pmf_[light];
+  const float choice = pmf(context, light);
   return choice > 0 ? choice * render::pdf(lights_[light], context, hit) : 0;
 }
 

@@ -2,28 +2,38 @@
 #include <cstdint>
 #include <vector>
 
+#include "worker/render/lights/alias_table.hpp"
 #include "worker/render/lights/light.hpp"
+#include "worker/render/lights/light_tree.hpp"
 
 namespace tessera::render {
 
-/// All lights of a scene, at most one of them an environment, and the choice among them: in
-/// proportion to their power (Rec.709 luminance), and the environment as often as all others
-/// together.
+/// All lights of a scene, at most one of them an environment, and the choice among them.
+///
+/// Those that are somewhere are chosen by what they do at the point (LightTree). Those that are
+/// infinitely far are chosen by their irradiance, half of the time, and else all alike, so that a
+/// sun leaves something to the sky where it is hidden. Each of the two kinds is chosen as often as
+/// the other, as nobody knows what is hidden from where; but where what is near can give nothing,
+/// always the far.
 class LightTable {
  public:
+  enum class Choice : std::uint8_t {
+    by_importance,
+    by_power  ///< of all the same everywhere: what others are compared with
+  };
+
   LightTable() = default;
-  explicit LightTable(std::vector<Light> lights);
+  explicit LightTable(std::vector<Light> lights, Choice choice = Choice::by_importance);
 
   struct Pick {
     std::uint32_t light = no_id;
     float pmf = 0;  ///< 0: there is no light to choose
   };
-  /// Chooses by Walker's alias method, in constant time. `bits` is uniform over 32 bits
-  /// (Draw4::bits): a float's 24 do not tell a million lights apart. The number is used up; draw
-  /// the point on the light from others.
-  [[nodiscard]] Pick pick(std::uint32_t bits) const;
+  /// `bits` is uniform over 32 bits (Draw4::bits). The number is used up; draw the point on the
+  /// light from others.
+  [[nodiscard]] Pick pick(const LightContext& context, std::uint32_t bits) const;
   /// The probability with which pick() gives this light.
-  [[nodiscard]] float pmf(std::uint32_t light) const { return pmf_[light]; }
+  [[nodiscard]] float pmf(const LightContext& context, std::uint32_t light) const;
 
   /// pick() and sample() in one; the sample's pdf holds the choice.
   [[nodiscard]] LightSample sample(const LightContext& context, std::uint32_t pick_bits,
@@ -40,13 +50,15 @@ class LightTable {
   [[nodiscard]] std::uint32_t environment() const { return environment_; }
 
  private:
-  struct Bucket {
-    std::uint32_t threshold = 0xffffffffU;  ///< the own light below it, the alias from there on
-    std::uint32_t alias = 0;
-  };
+  void weigh_far();
+  /// How often a light that is somewhere is chosen.
+  [[nodiscard]] double near_share(const LightContext& context) const;
+
   std::vector<Light> lights_;
-  std::vector<Bucket> buckets_;
-  std::vector<float> pmf_;
+  LightTree near_;
+  std::vector<std::uint32_t> far_;  ///< which are infinitely far, in order …
+  AliasTable far_choice_;           ///< … and the choice among them
+  AliasTable by_power_;             ///< of all, where that is how they are chosen
   std::uint32_t environment_ = no_id;
 };
 
