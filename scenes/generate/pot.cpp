@@ -30,7 +30,7 @@ const std::array<Form, 6>& forms() {
   return all;
 }
 
-constexpr double wall = 0.007;  ///< metres
+constexpr double wall = 0.009;  ///< metres
 
 double chance(int kind, int what) { return 0.5 + 0.5 * lattice(kind, what, 8001); }
 
@@ -44,9 +44,14 @@ std::vector<Corner> corners_of(int kind) {
   const double height = height_of(kind), girth = height * (0.92 + 0.16 * chance(kind, 1));
   std::vector<Corner> out;
   for (const Corner& c : form_of(kind).outline) out.push_back({c[0] * girth, c[1] * height});
-  const std::size_t outer = out.size();
-  out.push_back({out.back()[0] - 0.5 * wall, height + 0.3 * wall});
-  for (std::size_t i = outer; i-- > 1;) out.push_back({out[i][0] - wall, out[i][1] - 0.3 * wall});
+  const std::size_t lip = out.size() - 1;
+  out.push_back({out[lip][0] - 0.5 * wall, height + 0.3 * wall});
+  // As far from the outer wall everywhere, so that the two never cross.
+  for (std::size_t i = lip; i >= 1; --i) {
+    const Corner &below = out[i - 1], &above = out[std::min(i + 1, lip)];
+    const Point inwards = unit({below[1] - above[1], above[0] - below[0], 0});
+    out.push_back({out[i][0] + wall * inwards[0], out[i][1] + wall * inwards[1]});
+  }
   out.push_back({0.5 * out[0][0], 1.4 * wall});
   out.push_back({0.001, 1.3 * wall});
   return out;
@@ -122,11 +127,14 @@ Grid grid_of(int kind, std::size_t around, std::size_t along) {
     const Corner &before = outline[j == 0 ? 0 : j - 1], &after = outline[std::min(j + 1, along)];
     // Outwards: to the right of the way along the outline.
     const Point normal = unit({after[1] - before[1], before[0] - after[0], 0});
+    // The lip is about the middle of the way, and smooth; so is the inside.
+    const double outside =
+        std::clamp(12 - 25 * static_cast<double>(j) / static_cast<double>(along), 0.0, 1.0);
     for (std::size_t i = 0; i < around; ++i) {
       const double turn = static_cast<double>(i) / static_cast<double>(around);
       const auto [c, s] = on_circle(turn);
       const double r = outline[j][0], y = outline[j][1];
-      const double d = relief(kind, {r * c, y, r * s}, turn, r);
+      const double d = outside * relief(kind, {r * c, y, r * s}, turn, r);
       const double out_r = r + d * normal[0], out_y = std::max(0.0, y + d * normal[1]);
       out.points.push_back({out_r * c, out_y, out_r * s});
     }

@@ -27,7 +27,8 @@ fi
 folder=build/peer/load
 mkdir -p "$folder"
 "$bin"/tessera-scenes pottery "$folder"
-: >"$folder/ours" >"$folder/theirs"
+: >"$folder/ours"
+: >"$folder/theirs"
 for ((round = 0; round < rounds; ++round)); do
   "$bin"/bench_load_once "$folder/pottery.glb" "$threads" >>"$folder/ours"
   # Another Python first on the PATH would keep Blender from its numpy.
