@@ -49,8 +49,21 @@ constexpr std::size_t scene_json_bytes = 512 * MiB;
 constexpr int json_depth = 64;
 constexpr std::size_t mesh_vertices = 1U << 30;
 constexpr std::size_t mesh_triangles = 1U << 30;
+constexpr std::size_t mesh_file_bytes = 8 * GiB;  ///< OBJ, PLY
+constexpr std::size_t ply_polygon = 256;          ///< corners of a face
 /// Faces that are sampled as lights, instances counted; a worker keeps some 220 bytes for each.
 constexpr std::size_t light_faces = 8U << 20;
+
+// glTF files, beside these.
+constexpr std::size_t gltf_values = 4U << 20;  ///< keys and values of its JSON
+constexpr std::size_t gltf_zeros = 16U << 20;  ///< elements of an accessor that no bytes stand for
+constexpr std::size_t gltf_unpacked = GiB;     ///< of one compressed buffer view or mesh
+constexpr std::size_t gltf_draco_elements = 16U << 20;  ///< faces, and points, of one buffer
+constexpr std::size_t gltf_draco_ratio = 4096;          ///< of them, to a compressed byte
+constexpr std::size_t gltf_made = 512 * MiB;            ///< bytes of numbers and places, in all;
+constexpr std::size_t gltf_made_ratio = 64;  ///< and so many more for each byte of its buffers
+constexpr std::size_t gltf_instances = 16U << 20;
+constexpr int gltf_node_depth = 4096;  ///< nodes above a node
 
 // Textures: of each picture, but the last.
 constexpr int image_side = 65536;         ///< texels

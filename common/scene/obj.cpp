@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/read_file.hpp"
 
@@ -171,7 +172,7 @@ Mesh parse_obj(std::string_view text, const std::string& name) {
 }
 
 Mesh read_obj(const std::filesystem::path& file, const std::string& name) {
-  const std::string text = read_file(file, name, obj_bytes_most);
+  const std::string text = read_file(file, name, limits::mesh_file_bytes);
   return parse_obj(text, name);
 }
 

@@ -250,7 +250,7 @@ class Reader {
 
   void read_faces(const Element& element) {
     mesh_.triangles.reserve(element.count);
-    std::array<std::uint32_t, ply_polygon_most> corners{};
+    std::array<std::uint32_t, limits::ply_polygon> corners{};
     for (std::size_t i = 0; i < element.count; ++i)
       for (const Property& property : element.properties) {
         const bool indices = property.is_list &&
@@ -261,8 +261,9 @@ class Reader {
         }
         std::uint32_t count = 0;
         if (!cursor_.read(property.count_type, count)) cut_off(element, i);
-        if (count > ply_polygon_most)
-          refuse(fmt::format("face {} has {} corners; {} is the most", i, count, ply_polygon_most));
+        if (count > limits::ply_polygon)
+          refuse(
+              fmt::format("face {} has {} corners; {} is the most", i, count, limits::ply_polygon));
         for (std::uint32_t k = 0; k < count; ++k)
           if (!cursor_.read(property.type, corners[k])) cut_off(element, i);
         for (std::uint32_t k = 2; k < count; ++k)
@@ -314,7 +315,7 @@ Mesh parse_ply(std::string_view bytes, const std::string& name) {
 }
 
 Mesh read_ply(const std::filesystem::path& file, const std::string& name) {
-  return parse_ply(read_file(file, name, obj_bytes_most), name);
+  return parse_ply(read_file(file, name, limits::mesh_file_bytes), name);
 }
 
 }  // namespace tessera::scene

@@ -13,7 +13,5 @@ namespace tessera::scene {
 /// polygons are cut into fans. Throws Error{bad_input} with `name` and the element.
 Mesh parse_ply(std::string_view bytes, const std::string& name);
 Mesh read_ply(const std::filesystem::path& file, const std::string& name);
-/// Corners of a face.
-constexpr std::size_t ply_polygon_most = 256;
 
 }  // namespace tessera::scene

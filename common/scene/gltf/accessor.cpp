@@ -9,7 +9,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "common/scene/gltf/limits.hpp"
+#include "common/base/limits.hpp"
 
 namespace tessera::scene::gltf {
 

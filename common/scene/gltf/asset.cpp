@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/gltf/check.hpp"
 #include "common/scene/gltf/container.hpp"
-#include "common/scene/gltf/limits.hpp"
 #include "common/scene/gltf/uri.hpp"
 
 namespace tessera::scene::gltf {

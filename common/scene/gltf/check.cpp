@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/scene/fields.hpp"
-#include "common/scene/gltf/limits.hpp"
 #include "common/scene/gltf/rules.hpp"
 
 namespace tessera::scene::gltf {

@@ -12,8 +12,8 @@
 #include <new>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
-#include "common/scene/gltf/limits.hpp"
 
 namespace tessera::scene::gltf {
 

@@ -7,13 +7,13 @@
 #include <cctype>
 #include <cmath>
 
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/gltf/accessor.hpp"
 #include "common/scene/gltf/animation.hpp"
 #include "common/scene/gltf/cameras.hpp"
 #include "common/scene/gltf/instancing.hpp"
 #include "common/scene/gltf/lights.hpp"
-#include "common/scene/gltf/limits.hpp"
 #include "common/scene/gltf/materials.hpp"
 #include "common/scene/gltf/mesh.hpp"
 #include "common/scene/gltf/nodes.hpp"

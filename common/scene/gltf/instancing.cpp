@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/scene/gltf/limits.hpp"
+#include "common/base/limits.hpp"
 #include "common/scene/gltf/nodes.hpp"
 
 namespace tessera::scene::gltf {

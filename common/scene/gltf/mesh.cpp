@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/limits.hpp"
 #include "common/scene/fields.hpp"
-#include "common/scene/gltf/limits.hpp"
 
 namespace tessera::scene::gltf {
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
+#include "common/base/limits.hpp"
 #include "common/scene/gltf/accessor.hpp"
-#include "common/scene/gltf/limits.hpp"
 
 namespace tessera::scene::gltf {
 

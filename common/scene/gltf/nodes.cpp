@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene/gltf/limits.hpp"
+#include "common/base/limits.hpp"
 
 namespace tessera::scene::gltf {
 

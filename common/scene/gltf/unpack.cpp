@@ -4,9 +4,9 @@
 #include <array>
 #include <string_view>
 
+#include "common/base/limits.hpp"
 #include "common/scene/gltf/accessor.hpp"
 #include "common/scene/gltf/draco.hpp"
-#include "common/scene/gltf/limits.hpp"
 
 namespace tessera::scene::gltf {
 
