@@ -23,6 +23,19 @@ struct Angle {
   }
 };
 
+/// A cosine this small is that of a right angle.
+constexpr float right_angle = 1e-6F;
+
+Vec3 absolute(const Vec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+
+/// No smaller than the cosine between `n` and the way to any point of the box at `way`; `nearest`
+/// is how far its nearest point is. Not above 0 only if all of it is on the other side. Unlike the
+/// angle of a sphere around the box it tells a wide, low box at the horizon from one overhead.
+float most_cosine(const Vec3& n, const Vec3& way, const Vec3& half, float nearest) {
+  const float highest = dot(n, way) + dot(absolute(n), half);
+  return highest < nearest ? highest / nearest : 1;
+}
+
 /// How often the first of two nodes is taken; negative where neither gives anything.
 double share_of_first(const LightNode* two, const LightContext& context) {
   const double first = two[0].importance(context), second = two[1].importance(context);
@@ -35,26 +48,32 @@ double share_of_first(const LightNode* two, const LightContext& context) {
 double LightNode::importance(const LightContext& context) const {
   const Vec3 way = center - context.p;
   const float distance2 = length_squared(way), radius2 = radius * radius;
-  const double about = static_cast<double>(intensity);
-  if (!(distance2 > radius2)) {
-    // Among them, light may come from everywhere. A light that is where the point is gives nothing.
-    return radius2 > 0 ? about / static_cast<double>(radius2) : 0;
-  }
-  const float inverse = 1 / std::sqrt(distance2);
-  const Vec3 wi = way * inverse;
-  const Angle seen{std::sqrt(1 - radius2 / distance2), radius * inverse};
+  const float farther2 = std::max(distance2, radius2);
+  // A light that is where the point is gives nothing.
+  if (!(farther2 > 0)) return 0;
+  // To the nearest point of the box.
+  const float nearest = length(Vec3{std::max(std::abs(way.x) - half.x, 0.0F),
+                                    std::max(std::abs(way.y) - half.y, 0.0F),
+                                    std::max(std::abs(way.z) - half.z, 0.0F)});
   float cosine = 1;
-  if (cos_o > -1) {
-    const Angle off = Angle::of(-dot(wi, axis)).less({cos_o, sin_o}).less(seen);
-    if (!(off.cos > cos_e)) return 0;
-    cosine = off.cos;
-  }
   if (!(context.n == Vec3{})) {
-    const Angle raised = Angle::of(dot(wi, context.n)).less(seen);
-    if (!(raised.cos > 0)) return 0;
-    cosine *= raised.cos;
+    cosine = most_cosine(context.n, way, half, nearest);
+    if (!(cosine > 0)) return 0;
   }
-  return about * static_cast<double>(cosine) / static_cast<double>(distance2);
+  if (cos_o == 1 && cos_e < right_angle) {
+    // All turned one way, and their light falls off with the cosine.
+    const float sent = most_cosine(axis, -way, half, nearest);
+    if (!(sent > 0)) return 0;
+    cosine *= sent;
+  } else if (cos_o > -1 && distance2 > radius2) {
+    const float inverse = 1 / std::sqrt(distance2);
+    const Angle seen{std::sqrt(1 - radius2 / distance2), radius * inverse};
+    const Angle off = Angle::of(-dot(way, axis) * inverse).less({cos_o, sin_o}).less(seen);
+    if (!(off.cos > cos_e)) return 0;
+    cosine *= off.cos;
+  }
+  return static_cast<double>(intensity) * static_cast<double>(cosine) /
+         static_cast<double>(farther2);
 }
 
 LightTree::LightTree(std::span<const Light> lights) {

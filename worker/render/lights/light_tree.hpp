@@ -9,8 +9,9 @@ namespace tessera::render {
 
 /// A cluster of lights in the form that is asked from a point: a leaf is one light.
 struct LightNode {
-  Vec3 center;
-  float radius = 0;             ///< of a sphere about `center` that holds all of it
+  /// Of the box that holds all of it: its middle, and the way from there to a corner.
+  Vec3 center, half;
+  float radius = 0;             ///< the length of that way
   Vec3 axis{0, 0, 1};           ///< unit
   float cos_o = -1, sin_o = 0;  ///< of the angle around the axis that holds all lights' axes
   float cos_e = 0;              ///< of the angle beyond that at which emission ends
@@ -25,10 +26,10 @@ struct LightNode {
 
 /// All lights that are somewhere, and the choice among them by what they do at a point: a tree over
 /// position, emission cone and intensity, descended by the importance of its nodes. Conty and
-/// Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; the bounds of
-/// angles are pbrt-v4's (lights.h, LightBounds), the intensity is the greatest of any direction
-/// instead of the power. What is nowhere or gives nothing is never chosen. The bits do not depend
-/// on threads.
+/// Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018; angles of
+/// emission are bounded as in pbrt-v4 (lights.h, LightBounds), cosines by the box, and the
+/// intensity is the greatest of any direction instead of the power. What is nowhere or gives
+/// nothing is never chosen. The bits do not depend on threads.
 class LightTree {
  public:
   LightTree() = default;

@@ -200,7 +200,11 @@ class Builder {
     LightNode& node = out_.nodes[index];
     const Vec3 half = (cluster.bounds.high - cluster.bounds.low) * 0.5F;
     node.center = cluster.bounds.low + half;
-    node.radius = length(half) * (1 + 0x1p-20F);
+    // What rounding took from it, so that the box holds its corners.
+    const auto reach = [](float side, float at) { return side + (side + std::abs(at)) * 0x1p-22F; };
+    node.half = {reach(half.x, node.center.x), reach(half.y, node.center.y),
+                 reach(half.z, node.center.z)};
+    node.radius = length(node.half);
     node.axis = to_float(cluster.axis);
     const auto [sine, cosine] = fast::sincos(theta_o);
     node.cos_o = theta_o >= pi_d ? -1.0F : static_cast<float>(cosine);
