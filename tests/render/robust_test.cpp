@@ -72,6 +72,31 @@ TEST(Robust, ConvexThingsDoNotHideThemselvesFarFromTheOrigin) {
   }
 }
 
+/// A ball whose normals are far from those of its few faces.
+SceneMaker roughly_round(std::uint32_t material, SceneMaker maker) {
+  maker.add(material, ball(1, true), rotate({1, 2, 0.5}, 33));
+  maker.environment(1).look({0, 0.5, 6}, {0, 0, 0}, 15);
+  return maker;
+}
+
+TEST(Robust, ASmoothMirrorOfFewFacesLosesNoLight) {
+  SceneMaker maker;
+  const std::uint32_t mirror = maker.mirror(1);
+  const Scene scene = roughly_round(mirror, std::move(maker)).build();
+  const RenderedTask done = render(scene, {.side = 32, .samples = 16, .bounces = 1}, 5);
+  for (std::size_t i = 0; i < done.image.pixels(); ++i)
+    ASSERT_NEAR(done.image.plane(image::R)[i], 1, 1e-5) << i;
+}
+
+TEST(Robust, ASmoothBallOfFewFacesHasNoBlackPatches) {
+  SceneMaker maker;
+  const std::uint32_t white = maker.diffuse(1);
+  const Scene scene = roughly_round(white, std::move(maker)).build();
+  const RenderedTask done = render(scene, {.side = 32, .samples = 64}, 5);
+  for (std::size_t i = 0; i < done.image.pixels(); ++i)
+    ASSERT_GT(done.image.plane(image::R)[i], 0.6) << i;
+}
+
 TEST(Robust, ALampJustAboveAFloorIsNotHiddenByItself) {
   // The direct light of a lamp 2×2 one unit up, however the whole is turned, scaled and moved.
   for (const double factor : {1e-5, 1.0, 1e5}) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "worker/render/bsdf/normal_map.hpp"
 #include "worker/render/octahedral.hpp"
 
 namespace tessera::render {
@@ -143,7 +144,7 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
     if (dot(n, point.normal) < 0) n = -n;
     if (!(length_squared(n) > 0)) n = point.normal;
   }
-  point.shading = Frame(n);
+  point.shading = Frame(local.flat ? n : keep_mirrored_outside(n, point.normal, point.wo));
   if (geometry.details != 0) {
     point.detail = detail_at(geometry, placement, hit,
                              {.direction = ray.direction,

@@ -249,6 +249,13 @@ TEST(NormalMap, WhatMirrorsOutwardsIsLeftAlone) {
   EXPECT_EQ(keep_mirrored_outside(n, {0, 0, 1}, normalize(Vec3{0.1F, 0, 1})), n);
 }
 
+TEST(NormalMap, ASurfacesOwnNormalIsLeftAloneAtEveryAngle) {
+  for (const float height : {1.0F, 0.01F, 1e-3F, 1e-6F, -1e-3F, -1.0F}) {
+    const Vec3 wo = normalize(Vec3{std::sqrt(1 - height * height), 0, height});
+    EXPECT_EQ(keep_mirrored_outside({0, 0, 1}, {0, 0, 1}, wo), (Vec3{0, 0, 1})) << height;
+  }
+}
+
 TEST(NormalMap, NoNormalMirrorsIntoTheSurface) {
   test::Random random(3);
   int bent = 0;

@@ -5,14 +5,12 @@
 
 namespace tessera::render {
 
-Vec3 keep_mirrored_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo) {
+Vec3 turned_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo) {
   const float side = dot(wo, geometric) < 0 ? -1.0F : 1.0F;
   const Vec3 up = geometric * side, bent = n * side;
-  constexpr float least = 0.01F;
+  const float least = least_height(geometric, wo);
   const Vec3 mirrored = bent * (2 * dot(bent, wo)) - wo;
-  const float height = dot(mirrored, up);
-  if (height >= least) return n;
-  const Vec3 lifted = normalize(mirrored + up * (least - height));
+  const Vec3 lifted = normalize(mirrored + up * (least - dot(mirrored, up)));
   const Vec3 half = normalize(lifted + wo);
   return length_squared(half) > 0 ? half * side : geometric;
 }

@@ -1,16 +1,32 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "worker/render/bsdf/inputs.hpp"
 
 namespace tessera::render {
 
-/// `n` if light from wo, mirrored at it, stays on wo's side of the surface; else the normal nearest
-/// to it that just lets it. Bent normals that mirror into the surface would be black there, as
-/// black edges where a surface is seen at an angle (Keller et al., "The Iray Light Transport
-/// Simulation and Rendering System", 2017, appendix A.3, has the same idea). `geometric` is on
-/// n's side.
-Vec3 keep_mirrored_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo);
+/// The normal nearest to `n` that lets light from wo, mirrored at it, leave the surface on wo's
+/// side; for where `n` does not. `geometric` is on n's side.
+Vec3 turned_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo);
+
+/// How high above the surface light from wo is to leave it, mirrored: a hundredth, less where wo
+/// itself is as low, so that no surface's own normal is turned.
+inline float least_height(const Vec3& geometric, const Vec3& wo) {
+  return std::min(0.01F, 0.9F * std::abs(dot(wo, geometric)));
+}
+
+/// `n` if light from wo, mirrored at it, stays on wo's side of the surface; else the one next to it
+/// that does so. Normals, interpolated or bent by maps, that mirror into the surface would be black
+/// there, as black edges where a surface is seen at an angle (Keller et al., "The Iray Light
+/// Transport Simulation and Rendering System", 2017, appendix A.3, has the same idea).
+inline Vec3 keep_mirrored_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo) {
+  const float out = dot(wo, geometric), mirrored = 2 * dot(n, wo) * dot(n, geometric) - out;
+  return (out < 0 ? -mirrored : mirrored) >= least_height(geometric, wo)
+             ? n
+             : turned_outside(n, geometric, wo);
+}
 
 /// A normal from a tangent-space map.
 struct NormalSlot {
