@@ -39,6 +39,8 @@ def settle_material(material):
     for surface in [node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"] if tree else []:
         surface.distribution = "MULTI_GGX"
         values = surface.inputs
+        if told_no_specular(tree):
+            values["Specular"].default_value = 0
         if any(values[key].is_linked or values[key].default_value for key in ("Specular", "Metallic", "Transmission", "Clearcoat")):
             continue
         matte = lobe(tree, "ShaderNodeBsdfDiffuse", values, {"Color": "Base Color", "Normal": "Normal"})
@@ -52,6 +54,12 @@ def settle_material(material):
             matte = share
         for link in list(surface.outputs[0].links):
             tree.links.new(matte.outputs[0], link.to_socket)
+
+
+def told_no_specular(tree):
+    """The importer leaves a specularFactor of 0 in the add-on's own node, where Cycles does not see it."""
+    return any(node.type == "GROUP" and "Specular" in node.inputs and not node.inputs["Specular"].is_linked
+               and node.inputs["Specular"].default_value == 0 for node in tree.nodes)
 
 
 def follow(tree, to, source):

@@ -2,6 +2,7 @@
 import math
 
 import bpy
+from mathutils import Matrix
 
 import studio
 
@@ -43,7 +44,7 @@ def modifiers():
     modified(add.primitive_cube_add, (0, 1.8, 1.1), "BEVEL", smooth=False, width=0.35, segments=4)
     modified(add.primitive_cube_add, (2.2, 2, 0.5), "ARRAY", smooth=False, count=3, relative_offset_displace=(0.9, 0.2, 0.45)).scale = (0.5,) * 3
     modified(add.primitive_torus_add, (-3.2, -1.6, 0.6), "MIRROR", use_axis=(True, True, False)).data.transform(
-        __import__("mathutils").Matrix.Translation((0.9, 0.4, 0)))
+        Matrix.Translation((0.9, 0.4, 0)))
     clouds = bpy.data.textures.new("clouds", "CLOUDS")
     clouds.noise_scale = 0.4
     rock = modified(add.primitive_ico_sphere_add, (0.2, -1.4, 1.1), "SUBSURF", levels=4, render_levels=4)

@@ -3,6 +3,7 @@ import math
 
 import bpy
 import numpy
+from io_scene_gltf2.blender.com.gltf2_blender_material_helpers import create_settings_group, get_gltf_node_name
 from mathutils import Vector
 
 numpy.bool = bool  # Blender 3.4's glTF add-on names what numpy 1.24 has dropped.
@@ -56,7 +57,19 @@ def material(name, **inputs):
     surface.inputs["IOR"].default_value = 1.5
     for key, value in inputs.items():
         surface.inputs[key.replace("_", " ")].default_value = (*value, 1) if isinstance(value, tuple) else value
+    if inputs.get("Specular") == 0:
+        say_to_exporter(made, Specular=0.0)
     return made
+
+
+def say_to_exporter(made, **values):
+    """What glTF has and Blender's surface has not, in the add-on's own node: Thickness; Specular, which as the surface's own 0 would be
+    written as a colour of 0, and that still reflects at grazing angles."""
+    name = get_gltf_node_name()
+    node = made.node_tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = bpy.data.node_groups.get(name) or create_settings_group(name)
+    for key, value in values.items():
+        node.inputs[key].default_value = value
 
 
 def matte(name, color):
@@ -96,5 +109,5 @@ def add_panel(position, target, size, strength, color=(1.0, 1.0, 1.0)):
 def write(path, **options):
     bpy.ops.export_scene.gltf(
         filepath=path, export_format="GLB", export_cameras=True, export_lights=True,
-        convert_lighting_mode="COMPAT",
+        convert_lighting_mode="COMPAT", export_original_specular=True,
         **{"export_apply": True, "export_animations": False, **options})

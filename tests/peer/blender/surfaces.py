@@ -29,16 +29,12 @@ def metals():
 
 def glasses():
     """What lets light through, as volumes; shown under an environment, which sees through them."""
-    from io_scene_gltf2.blender.com.gltf2_blender_material_helpers import create_settings_group, get_gltf_node_name
     studio.empty_file()
-    group = create_settings_group(get_gltf_node_name())
 
     def glass(name, color=(1.0, 1.0, 1.0), roughness=0.0, ior=1.5, inside=None):
         made = studio.material(name, Base_Color=color, Roughness=roughness, Transmission=1.0, IOR=ior)
         nodes, links = made.node_tree.nodes, made.node_tree.links
-        node = nodes.new("ShaderNodeGroup")
-        node.node_tree = group
-        node.inputs["Thickness"].default_value = 1.0
+        studio.say_to_exporter(made, Thickness=1.0)
         if inside:
             volume = nodes.new("ShaderNodeVolumeAbsorption")
             volume.inputs["Color"].default_value, volume.inputs["Density"].default_value = (*inside, 1), 1.0
