@@ -130,10 +130,12 @@ struct SpotLight {
   double inner_degrees = 0;  ///< from the axis, 0 ≤ inner < outer ≤ 90
   double outer_degrees = 45;
 };
-/// Shines from infinitely far in one direction.
+/// Shines from infinitely far in one direction, or, if it has an angle, from a disk of even
+/// radiance about it, which rays run into.
 struct DirectionalLight {
   Vec3 direction{0, -1, 0};   ///< in which it shines; of any length but 0
   Color irradiance{1, 1, 1};  ///< of a surface that faces it, W·m⁻², ≥ 0
+  double angle_degrees = 0;   ///< the disk's diameter, 0 or 0.001…180
 };
 struct PunctualLight {
   std::string name;

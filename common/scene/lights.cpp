@@ -41,10 +41,14 @@ Light spot(Fields& in) {
   return out;
 }
 
+/// A disk smaller than this, in degrees, is a point to single precision.
+constexpr double angle_least = 0.001;
+
 Light directional(Fields& in) {
   DirectionalLight out;
   out.direction = direction_at(in);
   out.irradiance = in.required("irradiance").color(radiance_most);
+  if (const auto angle = in.optional("angle")) out.angle_degrees = angle->number(angle_least, 180);
   return out;
 }
 

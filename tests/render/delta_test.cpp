@@ -53,6 +53,32 @@ TEST(Delta, each_lights_a_floor_as_its_formula_says) {
   expect_mean(measure(spot.build(), {4, 16}), reflected(8.0 / 4 * part * part));
 }
 
+TEST(Delta, a_sun_with_an_angle_gives_its_irradiance_by_light_samples_and_by_chance) {
+  for (const double angle : {0.53, 40.0, 70.0}) {
+    SceneMaker sun = floor_scene();
+    shine(sun, scene::DirectionalLight{
+                   .direction = {3, -4, 0}, .irradiance = {2, 2, 2}, .angle_degrees = angle});
+    const Scene scene = sun.build();
+    // All of it above the horizon: as much as from its middle.
+    for (const char* integrator : {"path", "hemisphere_lights", "cosine", "hemisphere"}) {
+      if (angle < 1 && std::string(integrator) != "path") continue;
+      Take take{4, 256};
+      take.integrator = integrator;
+      expect_mean(measure(scene, take), reflected(2 * 0.8), 0.02);
+    }
+  }
+}
+
+TEST(Delta, a_sun_with_an_angle_stands_in_the_sky) {
+  SceneMaker maker;
+  shine(maker, scene::DirectionalLight{
+                   .direction = {0, 0, 1}, .irradiance = {2, 2, 2}, .angle_degrees = 60});
+  maker.look({0, 0, 5}, {0, 0, 0}, 10);
+  // π·sin²(30°)·L = E.
+  const RenderedTask seen = render(maker.build(), {.side = 4, .samples = 4}, 1);
+  for (const float value : seen.image.plane(image::R)) EXPECT_NEAR(value, 8 / pi_d, 1e-5);
+}
+
 TEST(Delta, what_stands_between_hides_them) {
   SceneMaker maker = floor_scene();
   maker.add(maker.diffuse(0), scene::Quad{{-5, 1, -5}, {0, 0, 10}, {10, 0, 0}});

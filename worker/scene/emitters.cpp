@@ -105,11 +105,17 @@ render::Light punctual_light(const scene::PunctualLight& light, const std::array
     out.radiance = render::to_color(spot->intensity);
   } else {
     const auto& far = std::get<scene::DirectionalLight>(light.shape);
-    render::DirectionalLight shape{.direction = unit(far.direction)};
-    if (!bounds.empty())
-      shape.radius = std::max(0.5F * render::length(bounds.high - bounds.low), 1e-30F);
-    out.shape = shape;
+    const float radius =
+        bounds.empty() ? 1 : std::max(0.5F * render::length(bounds.high - bounds.low), 1e-30F);
     out.radiance = render::to_color(far.irradiance);
+    if (far.angle_degrees > 0) {
+      const double half_sine = render::fast::sincos(far.angle_degrees * render::pi_d / 720).first;
+      const render::SunLight sun{unit(far.direction), 2 * half_sine * half_sine, radius};
+      out.shape = sun;
+      out.radiance *= static_cast<float>(1 / sun.projected());
+    } else {
+      out.shape = render::DirectionalLight{unit(far.direction), radius};
+    }
   }
   return out;
 }

@@ -16,7 +16,7 @@ std::uint32_t add_lights(const MergedGroup& group,
                          std::vector<render::Light>& lights,
                          std::size_t most = limits::light_faces);
 
-/// A light without a size, in a scene that was moved by −`origin` and lies within `bounds`.
+/// A light that is no surface, in a scene that was moved by −`origin` and lies within `bounds`.
 render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,
                              const render::Bounds3& bounds);
 

@@ -118,7 +118,7 @@ TEST(LightTable, ASampleHoldsTheChoiceAndTheLightsNames) {
   named.primitive = 9;
   const LightTable table(
       {named, sphere(5, 1), {.shape = EnvironmentLight{{}, 2}, .radiance = gray(0.1F)}});
-  EXPECT_EQ(table.environment(), 2U);
+  EXPECT_EQ(table.seen_far(), std::vector<std::uint32_t>(1, 2U));
   test::Random random(3);
   for (int i = 0; i < 1000; ++i) {
     const std::uint32_t bits = random.bits();

@@ -182,6 +182,51 @@ TEST(SphereLight, TheSunIsAsLargeAsItIs) {
   EXPECT_NEAR(1 / drawn.pdf, 6.796702e-5, 2e-11);
 }
 
+// ---- sun ----
+
+TEST(SunLight, SamplesFollowTheirDensity) {
+  for (const double degrees : {0.2665, 20.0, 90.0}) {
+    const double half = std::sin(degrees * M_PI / 360);
+    const SunLight sun{normalize(Vec3{1, -2, 0.5F}), 2 * half * half};
+    const Light light = {.shape = sun, .radiance = gray(3)};
+    const FrameD frame(-normalize(to_double(sun.direction)));
+    test::Chi2Case test;
+    test.sample = [=](test::Random& random) -> std::optional<Vec2> {
+      const LightSample drawn = sample(light, {}, random.next2());
+      EXPECT_TRUE(std::isinf(drawn.distance) && !drawn.delta);
+      const Vec3d local = frame.to_local(to_double(drawn.wi));
+      const double sin2 = local.x * local.x + local.y * local.y;
+      const double height = (local.z > 0 ? sin2 / (1 + local.z) : 1 - local.z) / sun.cap;
+      // At the rim the float direction decides on which side it is.
+      if (height < 0.9999) {
+        EXPECT_EQ(pdf(light, {}, {.wi = drawn.wi}), drawn.pdf);
+        EXPECT_EQ(emitted(light, {}, drawn.wi), gray(3));
+      }
+      const double azimuth = std::atan2(local.y, local.x) / (2 * M_PI);
+      return Vec2{static_cast<float>(height),
+                  static_cast<float>(azimuth < 0 ? azimuth + 1 : azimuth)};
+    };
+    test.density = [=](double s, double t) {
+      const double z = 1 - sun.cap * s, sine = std::sqrt(std::max(0.0, 1 - z * z));
+      const Vec3d wi =
+          frame.to_world({sine * std::cos(2 * M_PI * t), sine * std::sin(2 * M_PI * t), z});
+      return static_cast<double>(pdf(light, {}, {.wi = to_float(wi)})) * 2 * M_PI * sun.cap;
+    };
+    EXPECT_EQ(test::chi2_test(test), "") << degrees;
+  }
+  const Light light = {.shape = SunLight{{0, -1, 0}, 0.1}, .radiance = gray(3)};
+  EXPECT_EQ(pdf(light, {}, {.wi = {1, 0, 0}}), 0);
+  EXPECT_EQ(emitted(light, {}, {0, -1, 0}), Color{}) << "behind it";
+}
+
+TEST(SunLight, ASurfaceThatFacesItGetsWhatFactsSay) {
+  // Facts, case 12: half-angle .2665°, E/L = 6.796666e-5.
+  const double half = std::sin(0.13325 * M_PI / 180);
+  const Light light = {.shape = SunLight{{0, -1, 0}, 2 * half * half}, .radiance = gray(1)};
+  EXPECT_NEAR(irradiance(light).r, 6.796666e-5, 1e-10);
+  EXPECT_NEAR(1 / sample(light, {}, {0.3F, 0.4F}).pdf, 6.796702e-5, 1e-10);
+}
+
 // ---- environment ----
 
 TEST(EnvironmentLight, SamplesFollowTheirDensity) {

@@ -162,7 +162,7 @@ TEST(Build, EveryFaceThatEmitsIsALight) {
   scene.environment = scene::Environment{{1, 1, 1}};
   const render::Scene out = built(std::move(scene));
   ASSERT_EQ(out.lights.size(), 6U + 1U + 2U + 1U);
-  EXPECT_EQ(out.lights.environment(), 9U);
+  EXPECT_EQ(out.lights.seen_far(), std::vector<std::uint32_t>(1, 9U));
   EXPECT_EQ(out.light_errors.size(), 10U);
   // What a ray meets is the light that was sampled there.
   const render::Interaction sphere = looked_at(out, {5, 0, 5}, {0, 0, -1});

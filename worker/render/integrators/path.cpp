@@ -21,12 +21,12 @@ float found_weight(const Trace& trace, const PathState& path, std::uint32_t ligh
   return power_heuristic(path.last_pdf, by_light * static_cast<float>(trace.light_samples));
 }
 
-void add_environment(const Trace& trace, const PathState& path, SampleRecord& record) {
+void add_far(const Trace& trace, const PathState& path, SampleRecord& record) {
   if (path.depth == 0) describe_nothing(trace, record);
   LightHit hit;
   hit.wi = path.ray.direction;
-  const float weight = found_weight(trace, path, trace.scene.lights.environment(), hit);
-  add_environment(trace, path, weight, record);
+  const auto weight = [&](std::uint32_t light) { return found_weight(trace, path, light, hit); };
+  add_far(trace, path, weight, record);
 }
 
 void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
@@ -89,7 +89,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
   path.ray = ray;
   accel::Hit hit = intersect(trace, path.ray);
   for (;;) {
-    if (!hit.any()) return add_environment(trace, path, record);
+    if (!hit.any()) return add_far(trace, path, record);
     // A large scene's face is not in the caches, and its corners come after its indices: the random
     // numbers are made while memory answers.
     const auto depth = static_cast<std::uint32_t>(path.depth);

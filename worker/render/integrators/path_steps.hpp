@@ -15,14 +15,16 @@ inline constexpr int roulette_from = 2;
 /// A shadow ray ends this part of its length before the light.
 inline constexpr float shadow_margin = 0x1p-13F;
 
-/// Adds the light of the environment to a path that left the scene, times `weight`.
-inline void add_environment(const Trace& trace, const PathState& path, float weight,
-                            SampleRecord& record) {
-  const std::uint32_t light = trace.scene.lights.environment();
-  if (light == no_id) return;
-  const Light& environment = trace.scene.lights[light];
-  record.add(path.throughput * emitted(environment, path.last_context, path.ray.direction) * weight,
-             path.first_lobe, path.depth, environment.group);
+/// Adds the environment and suns that a path which left the scene runs into, each times
+/// weight(light).
+template <class Weight>
+void add_far(const Trace& trace, const PathState& path, Weight weight, SampleRecord& record) {
+  for (const std::uint32_t light : trace.scene.lights.seen_far()) {
+    const Light& far = trace.scene.lights[light];
+    const Color sent = emitted(far, path.last_context, path.ray.direction);
+    if (is_black(sent)) continue;
+    record.add(path.throughput * sent * weight(light), path.first_lobe, path.depth, far.group);
+  }
 }
 
 /// Adds what the surface that the path met emits, times `weight`.

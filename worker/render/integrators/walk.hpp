@@ -26,9 +26,10 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     const accel::Hit hit = scene.intersect(path.ray);
     if (!hit.any()) {
       if (path.depth == 0) describe_nothing(trace, record);
-      if (Rules::counts(trace, path, scene.lights.environment())) {
-        add_environment(trace, path, 1, record);
-      }
+      const auto weight = [&](std::uint32_t light) {
+        return Rules::counts(trace, path, light) ? 1.0F : 0.0F;
+      };
+      add_far(trace, path, weight, record);
       return;
     }
     Interaction at = surface_at(scene, path.ray, hit);

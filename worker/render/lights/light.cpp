@@ -30,6 +30,7 @@ bool faces(const SphereLight& sphere, const LightContext& context, const Vec3&) 
   return length_squared(d) > static_cast<double>(sphere.radius) * sphere.radius;
 }
 bool faces(const EnvironmentLight&, const LightContext&, const Vec3&) { return true; }
+bool faces(const SunLight& sun, const LightContext&, const Vec3& wi) { return sun.holds(wi); }
 template <class Delta>
 bool faces(const Delta&, const LightContext&, const Vec3&) {
   static_assert(is_delta<Delta>);
@@ -59,6 +60,7 @@ Bounds3 bounds_of(const EnvironmentLight&) { return {}; }
 Bounds3 bounds_of(const PointLight& point) { return {point.position, point.position}; }
 Bounds3 bounds_of(const SpotLight& spot) { return {spot.position, spot.position}; }
 Bounds3 bounds_of(const DirectionalLight&) { return {}; }
+Bounds3 bounds_of(const SunLight&) { return {}; }
 
 /// What the power of radiance 1 is on one side: ∫∫ cos θ dω dA, in m²·sr.
 double etendue_of(const QuadLight& quad) { return pi_d * length(normal_of(quad)); }
@@ -81,6 +83,10 @@ double etendue_of(const DirectionalLight& light) {
   return pi_d * static_cast<double>(light.radius) * light.radius;
 }
 
+double etendue_of(const SunLight& sun) {
+  return sun.projected() * pi_d * static_cast<double>(sun.radius) * sun.radius;
+}
+
 /// The area that is seen from where most of it is, m²; 1 where radiance stands for intensity.
 double seen_area_of(const QuadLight& quad) { return etendue_of(quad) / pi_d; }
 double seen_area_of(const TriangleLight& triangle) { return etendue_of(triangle) / pi_d; }
@@ -91,6 +97,7 @@ double seen_area_of(const PointLight&) { return 1; }
 double seen_area_of(const SpotLight&) { return 1; }
 double seen_area_of(const EnvironmentLight&) { return 0; }
 double seen_area_of(const DirectionalLight&) { return 0; }
+double seen_area_of(const SunLight&) { return 0; }
 
 /// The mean over the light, in the light's own unit.
 Color mean_radiance(const Light& light) {
@@ -120,6 +127,9 @@ EmissionCone cone_of(const SpotLight& spot, bool) {
 }
 EmissionCone cone_of(const DirectionalLight& light, bool) {
   return {.axis = light.direction, .cos_theta_o = 1, .cos_theta_e = 1};
+}
+EmissionCone cone_of(const SunLight& sun, bool) {
+  return {.axis = sun.direction, .cos_theta_o = 1, .cos_theta_e = static_cast<float>(1 - sun.cap)};
 }
 
 }  // namespace
@@ -186,6 +196,8 @@ Color intensity(const Light& light) {
 
 Color irradiance(const Light& light) {
   if (std::holds_alternative<DirectionalLight>(light.shape)) return light.radiance;
+  if (const auto* sun = std::get_if<SunLight>(&light.shape))
+    return light.radiance * static_cast<float>(sun->projected());
   if (!std::holds_alternative<EnvironmentLight>(light.shape)) return {};
   return mean_radiance(light) * pi;
 }

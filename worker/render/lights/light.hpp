@@ -34,6 +34,16 @@ struct EnvironmentLight {
   float radius = 1;  ///< of a sphere around the scene: what it sends through that is its power
   const EnvironmentMap* map = nullptr;  ///< Scene::environment_map, or none
 };
+/// A disk infinitely far, of even radiance, as the sun is.
+struct SunLight {
+  Vec3 direction{0, -1, 0};  ///< unit, from its middle
+  double cap = 0.5;          ///< 1 − cosine of the angle from its middle to its rim
+  float radius = 1;          ///< as in DirectionalLight
+
+  /// What a surface that faces it gets of radiance 1: π·sin².
+  [[nodiscard]] double projected() const { return pi_d * cap * (2 - cap); }
+  [[nodiscard]] bool holds(const Vec3& wi) const;
+};
 /// These three have no size: sample() gives the one direction there is, and `delta` says that no
 /// ray finds it. Their `radiance` is intensity (W·sr⁻¹) or, of the last, irradiance (W·m⁻²).
 struct PointLight {
@@ -55,7 +65,7 @@ constexpr std::uint32_t no_id = 0xffffffffU;
 
 struct Light {
   std::variant<QuadLight, TriangleLight, SphereLight, EnvironmentLight, PointLight, SpotLight,
-               DirectionalLight>
+               DirectionalLight, SunLight>
       shape;
   Color radiance;
   bool two_sided = false;

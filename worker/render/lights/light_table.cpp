@@ -8,8 +8,10 @@ namespace tessera::render {
 LightTable::LightTable(std::vector<Light> lights, Choice choice) : lights_(std::move(lights)) {
   std::vector<double> powers;
   for (std::uint32_t i = 0; i < size(); ++i) {
-    if (std::holds_alternative<EnvironmentLight>(lights_[i].shape)) environment_ = i;
-    if (bounds(lights_[i]).empty()) far_.push_back(i);
+    if (bounds(lights_[i]).empty()) {
+      far_.push_back(i);
+      if (!std::holds_alternative<DirectionalLight>(lights_[i].shape)) seen_far_.push_back(i);
+    }
     if (choice == Choice::by_power)
       powers.push_back(static_cast<double>(luminance(power(lights_[i]))));
   }

@@ -46,8 +46,8 @@ class LightTable {
   [[nodiscard]] const Light& operator[](std::uint32_t light) const { return lights_[light]; }
   [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(lights_.size()); }
   [[nodiscard]] bool empty() const { return lights_.empty(); }
-  /// The environment's index, or no_id.
-  [[nodiscard]] std::uint32_t environment() const { return environment_; }
+  /// Those that a ray which leaves the scene may run into.
+  [[nodiscard]] const std::vector<std::uint32_t>& seen_far() const { return seen_far_; }
 
  private:
   void weigh_far();
@@ -59,7 +59,7 @@ class LightTable {
   std::vector<std::uint32_t> far_;  ///< which are infinitely far, in order …
   AliasTable far_choice_;           ///< … and the choice among them
   AliasTable by_power_;             ///< of all, where that is how they are chosen
-  std::uint32_t environment_ = no_id;
+  std::vector<std::uint32_t> seen_far_;
 };
 
 }  // namespace tessera::render

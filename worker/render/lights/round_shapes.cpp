@@ -29,6 +29,22 @@ struct SeenSphere {
   }
 };
 
+/// A direction uniform in a cone about `axis`; `cap` is 1 − the cosine of its half angle.
+struct InCone {
+  Vec3d wi;
+  double sin2, cosine;  ///< of its angle from the axis
+
+  InCone(const Vec3d& axis, double cap, Vec2 u) {
+    const double height = cap * u.x;
+    sin2 = height * (2 - height);
+    cosine = 1 - height;
+    const auto [sin_azimuth, cos_azimuth] = fast::sincos(2 * pi_d * u.y);
+    const double sine = std::sqrt(sin2);
+    wi = FrameD(axis).to_world({sine * cos_azimuth, sine * sin_azimuth, cosine});
+  }
+};
+double cone_pdf(double cap) { return 1 / (2 * pi_d * cap); }
+
 }  // namespace
 
 ShapeSample sample_shape(const SphereLight& light, bool two_sided, const LightContext& context,
@@ -41,23 +57,36 @@ ShapeSample sample_shape(const SphereLight& light, bool two_sided, const LightCo
     const double far = std::sqrt(std::max(0.0, along * along + sphere.radius2 - sphere.distance2));
     return {.wi = wi, .distance = along + far, .pdf = static_cast<double>(sphere_pdf())};
   }
-  // Uniform in the cone: the height below its top, and the azimuth.
   const double cap = sphere.cap_height();
-  const double height = cap * u.x;
-  const double sin2 = height * (2 - height), cosine = 1 - height;
-  const auto [sin_azimuth, cos_azimuth] = fast::sincos(2 * pi_d * u.y);
-  const double distance = std::sqrt(sphere.distance2), sine = std::sqrt(sin2);
-  const FrameD frame(sphere.center / distance);
-  const Vec3d wi = frame.to_world({sine * cos_azimuth, sine * sin_azimuth, cosine});
-  const double half_chord = std::sqrt(std::max(0.0, sphere.radius2 - sphere.distance2 * sin2));
-  return {.wi = wi, .distance = distance * cosine - half_chord, .pdf = 1 / (2 * pi_d * cap)};
+  const double distance = std::sqrt(sphere.distance2);
+  const InCone drawn(sphere.center / distance, cap, u);
+  const double half_chord =
+      std::sqrt(std::max(0.0, sphere.radius2 - sphere.distance2 * drawn.sin2));
+  return {.wi = drawn.wi, .distance = distance * drawn.cosine - half_chord, .pdf = cone_pdf(cap)};
 }
 
 double pdf_shape(const SphereLight& light, bool two_sided, const LightContext& context,
                  const LightHit& /*hit*/) {
   const SeenSphere sphere(light, context.p);
   if (sphere.inside()) return two_sided ? static_cast<double>(sphere_pdf()) : 0;
-  return 1 / (2 * pi_d * sphere.cap_height());
+  return cone_pdf(sphere.cap_height());
+}
+
+bool SunLight::holds(const Vec3& wi) const {
+  // By the chord: the cosine of a small angle has no digits left.
+  return length_squared(to_double(wi) + to_double(direction)) <= 2 * cap;
+}
+
+ShapeSample sample_shape(const SunLight& sun, bool /*two_sided*/, const LightContext& /*context*/,
+                         Vec2 u) {
+  return {.wi = InCone(-to_double(sun.direction), sun.cap, u).wi,
+          .distance = std::numeric_limits<double>::infinity(),
+          .pdf = cone_pdf(sun.cap)};
+}
+
+double pdf_shape(const SunLight& sun, bool /*two_sided*/, const LightContext& /*context*/,
+                 const LightHit& hit) {
+  return sun.holds(hit.wi) ? cone_pdf(sun.cap) : 0;
 }
 
 ShapeSample sample_shape(const EnvironmentLight& environment, bool /*two_sided*/,

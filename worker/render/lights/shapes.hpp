@@ -38,6 +38,10 @@ ShapeSample sample_shape(const EnvironmentLight& environment, bool two_sided,
 double pdf_shape(const EnvironmentLight& environment, bool two_sided, const LightContext& context,
                  const LightHit& hit);
 
+ShapeSample sample_shape(const SunLight& sun, bool two_sided, const LightContext& context, Vec2 u);
+double pdf_shape(const SunLight& sun, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
 // Without a size: their pdf is 1, and no hit is ever theirs.
 ShapeSample sample_shape(const PointLight& point, bool two_sided, const LightContext& context,
                          Vec2 u);
