@@ -49,16 +49,24 @@ std::array<float, 3> unit(const Vec3& v) {
           static_cast<float>(v[2] / size)};
 }
 
-/// By the cofactors of the linear part: the inverse's transpose up to a factor, and there also
-/// where the matrix has no inverse.
-std::array<float, 3> turned_normal(const Transform& t, const std::array<float, 3>& n) {
+/// Of the linear part.
+std::array<double, 9> cofactors_of(const Transform& t) {
   const auto& m = t.m;
-  const std::array<double, 9> cofactors{
-      m[5] * m[10] - m[6] * m[9], m[6] * m[8] - m[4] * m[10], m[4] * m[9] - m[5] * m[8],
-      m[2] * m[9] - m[1] * m[10], m[0] * m[10] - m[2] * m[8], m[1] * m[8] - m[0] * m[9],
-      m[1] * m[6] - m[2] * m[5],  m[2] * m[4] - m[0] * m[6],  m[0] * m[5] - m[1] * m[4]};
-  const double determinant = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
-  const double sign = determinant < 0 ? -1 : 1;
+  return {m[5] * m[10] - m[6] * m[9], m[6] * m[8] - m[4] * m[10], m[4] * m[9] - m[5] * m[8],
+          m[2] * m[9] - m[1] * m[10], m[0] * m[10] - m[2] * m[8], m[1] * m[8] - m[0] * m[9],
+          m[1] * m[6] - m[2] * m[5],  m[2] * m[4] - m[0] * m[6],  m[0] * m[5] - m[1] * m[4]};
+}
+
+bool mirrors(const Transform& t) {
+  const std::array<double, 9> cofactors = cofactors_of(t);
+  return t.m[0] * cofactors[0] + t.m[1] * cofactors[1] + t.m[2] * cofactors[2] < 0;
+}
+
+/// By the cofactors: the inverse's transpose up to a factor, and there also where the matrix has no
+/// inverse.
+std::array<float, 3> turned_normal(const Transform& t, const std::array<float, 3>& n) {
+  const std::array<double, 9> cofactors = cofactors_of(t);
+  const double sign = mirrors(t) ? -1 : 1;
   Vec3 out{};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k)
@@ -71,7 +79,17 @@ std::array<float, 4> turned_tangent(const Transform& t, const std::array<float, 
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) out[i] += t.m[4 * i + k] * static_cast<double>(tangent[k]);
   const auto direction = unit(out);
-  return {direction[0], direction[1], direction[2], tangent[3]};
+  return {direction[0], direction[1], direction[2], mirrors(t) ? -tangent[3] : tangent[3]};
+}
+
+/// What mirrors turns corners around; the outer side stays the outer side. A face between what is
+/// mirrored and what is not goes with most of its corners.
+void keep_outside(const std::vector<bool>& mirrored, Mesh& mesh) {
+  for (auto& corners : mesh.triangles) {
+    const auto turned = std::count_if(corners.begin(), corners.end(),
+                                      [&](std::uint32_t corner) { return mirrored[corner]; });
+    if (turned >= 2) std::swap(corners[1], corners[2]);
+  }
 }
 
 }  // namespace
@@ -155,6 +173,7 @@ bool skin(const Asset& asset, Accessors& accessors, const tinygltf::Primitive& p
         totals[i] += static_cast<double>(parts[i][k]);
       }
   }
+  std::vector<bool> mirrored(count);
   for (std::size_t i = 0; i < count; ++i) {
     Transform t = blend[i];
     // Weights that were rounded do not sum to 1; a vertex without any follows the first joint.
@@ -162,10 +181,12 @@ bool skin(const Asset& asset, Accessors& accessors, const tinygltf::Primitive& p
       for (double& x : t.m) x /= totals[i];
     else
       t = pose.joints[0];
+    mirrored[i] = mirrors(t);
     mesh.positions[i] = moved(t, mesh.positions[i]);
     if (!mesh.normals.empty()) mesh.normals[i] = turned_normal(t, mesh.normals[i]);
     if (!mesh.tangents.empty()) mesh.tangents[i] = turned_tangent(t, mesh.tangents[i]);
   }
+  keep_outside(mirrored, mesh);
   return true;
 }
 

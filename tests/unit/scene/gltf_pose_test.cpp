@@ -171,5 +171,30 @@ TEST(GltfSkin, vertices_follow_their_joints_and_not_their_node) {
   EXPECT_THAT(beyond.message(), HasSubstr("vertex 1 names joint 1"));
 }
 
+TEST(GltfSkin, the_outer_side_stays_outside_where_joints_mirror) {
+  GltfFile file;
+  file.with_triangle();
+  nlohmann::json& attributes = file.json["meshes"][0]["primitives"][0]["attributes"];
+  attributes["NORMAL"] = file.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
+  attributes["TANGENT"] = file.floats({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, "VEC4");
+  attributes["JOINTS_0"] =
+      file.accessor<std::uint8_t>({1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, "VEC4", 5121);
+  attributes["WEIGHTS_0"] = file.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
+  file.json["nodes"][0]["skin"] = 0;
+  const int still = file.node(nlohmann::json::object());
+  const int mirror = file.node({{"scale", {-1, 1, 1}}});
+  file.json["skins"] = {{{"joints", {still, mirror}}}};
+  // Two of three corners are mirrored: it goes with them.
+  const Mesh mesh = mesh_of(file.load().scene.shapes.at(0));
+  EXPECT_EQ(mesh.triangles.at(0), (std::array<std::uint32_t, 3>{0, 2, 1}));
+  EXPECT_EQ(mesh.normals.at(0), (std::array<float, 3>{0, 0, 1}));
+  EXPECT_EQ(mesh.tangents.at(0), (std::array<float, 4>{-1, 0, 0, -1}));
+  EXPECT_EQ(mesh.tangents.at(2), (std::array<float, 4>{1, 0, 0, 1}));
+  // One of three does not turn it.
+  file.json["skins"][0]["joints"] = {mirror, still};
+  EXPECT_EQ(mesh_of(file.load().scene.shapes.at(0)).triangles.at(0),
+            (std::array<std::uint32_t, 3>{0, 1, 2}));
+}
+
 }  // namespace
 }  // namespace tessera::scene
