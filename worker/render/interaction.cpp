@@ -143,8 +143,9 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
     n = normalize(local.shading_normal);
     if (dot(n, point.normal) < 0) n = -n;
     if (!(length_squared(n) > 0)) n = point.normal;
+    n = keep_mirrored_outside(n, point.normal, point.wo);
   }
-  point.shading = Frame(local.flat ? n : keep_mirrored_outside(n, point.normal, point.wo));
+  point.shading = Frame(n);
   if (geometry.details != 0) {
     point.detail = detail_at(geometry, placement, hit,
                              {.direction = ray.direction,

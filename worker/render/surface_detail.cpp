@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "worker/render/fastmath.hpp"
-#include "worker/render/frame.hpp"
 #include "worker/render/octahedral.hpp"
 #include "worker/render/scene.hpp"
 
@@ -131,13 +130,18 @@ void add_footprint(const Patch& patch, const ConeCut& cut, SurfaceDetail& out) {
   }
 }
 
+/// 0 where no corner has one.
 Vec3 interpolated_tangent(const Geometry& geometry, const Placement& placement,
                           const Corners& corners, float& sign) {
   Vec3 sum;
+  float turned = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    sum += decode_octahedral(geometry.tangents[corners.vertex[i]] & ~1U) * corners.weight[i];
+    const std::uint32_t code = geometry.tangents[corners.vertex[i]];
+    if (code == no_tangent) continue;
+    sum += decode_octahedral(code & ~1U) * corners.weight[i];
+    turned += (code & 1U) != 0 ? -corners.weight[i] : corners.weight[i];
   }
-  sign = (geometry.tangents[corners.vertex[0]] & 1U) != 0 ? -1.0F : 1.0F;
+  sign = turned < 0 ? -1.0F : 1.0F;
   if (placement.moved) {
     const accel::Affine& m = placement.to_world;
     const Vec3 x{m[0], m[1], m[2]}, y{m[4], m[5], m[6]}, z{m[8], m[9], m[10]};
@@ -146,9 +150,9 @@ Vec3 interpolated_tangent(const Geometry& geometry, const Placement& placement,
   return to_float(step_in_world(placement, sum));
 }
 
-/// The direction in which u grows and v stays, and whether the picture is mirrored.
-Vec3 patch_tangent(const Patch& patch, const Vec3& n, float& sign) {
-  const Vec2 a = patch.uv1[0], b = patch.uv2[0];
+/// The direction in which u of a set grows and v stays, and whether the picture is mirrored.
+Vec3 patch_tangent(const Patch& patch, std::size_t set, const Vec3& n, float& sign) {
+  const Vec2 a = patch.uv1[set], b = patch.uv2[set];
   const double area = double{a.x} * b.y - double{a.y} * b.x;
   const double turn = area < 0 ? -1 : 1;
   const Vec3d u = (patch.step1 * double{b.y} - patch.step2 * double{a.y}) * turn;
@@ -157,11 +161,28 @@ Vec3 patch_tangent(const Patch& patch, const Vec3& n, float& sign) {
   return area == 0 ? Vec3{} : to_float(normalize(u));
 }
 
-void add_tangents(const Vec3& tangent, float sign, const Vec3& n, SurfaceDetail& out) {
-  Vec3 t = normalize(tangent - n * dot(n, tangent));
-  if (t == Vec3{} || !is_finite(t)) t = Frame(n).s;
-  out.tangent = t;
-  out.bitangent = cross(n, t) * sign;
+/// `tangent` laid into the plane of n; any direction in it where that leaves nothing.
+Vec3 laid_about(const Vec3& n, const Vec3& tangent) {
+  const Vec3 t = normalize(tangent - n * dot(n, tangent));
+  return t == Vec3{} || !is_finite(t) ? Frame(n).s : t;
+}
+
+void add_tangents(const Geometry& geometry, const Placement& placement, const Corners& corners,
+                  const Patch& patch, const Vec3& n, SurfaceDetail& out) {
+  float sign = 1;
+  Vec3 tangent;
+  if (!geometry.tangents.empty())
+    tangent = interpolated_tangent(geometry, placement, corners, sign);
+  if (tangent == Vec3{}) tangent = patch_tangent(patch, tangent_set(geometry.details), n, sign);
+  out.tangent = laid_about(n, tangent);
+  out.bitangent = cross(n, out.tangent) * sign;
+  const Differential differential(patch);
+  const auto by_tangent = differential.along(out.tangent);
+  const auto by_bitangent = differential.along(out.bitangent);
+  for (std::size_t set = 0; set < 2; ++set) {
+    out.uv[set].by_tangent = by_tangent[set];
+    out.uv[set].by_bitangent = by_bitangent[set];
+  }
 }
 
 void add_color(const Geometry& geometry, const Corners& corners, SurfaceDetail& out) {
@@ -180,6 +201,7 @@ void add_color(const Geometry& geometry, const Corners& corners, SurfaceDetail& 
 SurfaceDetail detail_at(const Geometry& geometry, const Placement& placement, const accel::Hit& hit,
                         const ConeCut& cut) {
   SurfaceDetail out;
+  out.has = geometry.details;
   const bool sphere = geometry.kind == GeometryKind::spheres;
   const Corners corners = sphere ? Corners{} : corners_of(geometry, hit);
   if ((geometry.details & (detail_flag::uv0 | detail_flag::uv1 | detail_flag::tangent)) != 0) {
@@ -187,23 +209,18 @@ SurfaceDetail detail_at(const Geometry& geometry, const Placement& placement, co
         sphere ? sphere_patch(geometry, placement, hit) : flat_patch(geometry, placement, corners);
     for (std::size_t set = 0; set < 2; ++set) out.uv[set].uv = patch.uv[set];
     add_footprint(patch, cut, out);
-    if ((geometry.details & detail_flag::tangent) != 0) {
-      float sign = 1;
-      const Vec3 tangent = geometry.tangents.empty()
-                               ? patch_tangent(patch, cut.shading, sign)
-                               : interpolated_tangent(geometry, placement, corners, sign);
-      add_tangents(tangent, sign, cut.shading, out);
-      const Differential differential(patch);
-      const auto by_tangent = differential.along(out.tangent);
-      const auto by_bitangent = differential.along(out.bitangent);
-      for (std::size_t set = 0; set < 2; ++set) {
-        out.uv[set].by_tangent = by_tangent[set];
-        out.uv[set].by_bitangent = by_bitangent[set];
-      }
+    if (out.has_tangents()) {
+      add_tangents(geometry, placement, corners, patch, cut.shading, out);
     }
   }
   if (!geometry.colors.empty()) add_color(geometry, corners, out);
   return out;
+}
+
+Frame SurfaceDetail::tangents_about(const Vec3& n) const {
+  if (!has_tangents()) return Frame(n);
+  const Vec3 s = laid_about(n, tangent), t = cross(n, s);
+  return Frame(s, dot(t, bitangent) < 0 ? -t : t, n);
 }
 
 Vec2 uv_at(const Geometry& geometry, const accel::Hit& hit, std::uint8_t uv_set) {
@@ -228,6 +245,7 @@ float vertex_alpha_at(const Geometry& geometry, const accel::Hit& hit) {
 }
 
 std::uint32_t encode_tangent(const Vec3& unit, bool negative) {
+  if (unit == Vec3{}) return no_tangent;
   return (encode_octahedral(unit) & ~1U) | (negative ? 1U : 0U);
 }
 

@@ -21,7 +21,8 @@ std::uint16_t share_of(float value) {
 void add_tangents(const scene::Mesh& mesh, std::uint32_t first, const scene::Transform& to_group,
                   render::Geometry& geometry) {
   const std::vector<std::array<float, 4>> made =
-      mesh.tangents.empty() ? tangents_of(mesh) : std::vector<std::array<float, 4>>{};
+      mesh.tangents.empty() ? tangents_of(mesh, render::tangent_set(geometry.details))
+                            : std::vector<std::array<float, 4>>{};
   const std::vector<std::array<float, 4>>& tangents = mesh.tangents.empty() ? made : mesh.tangents;
   const Matrix3 m = linear(to_group);
   const bool mirrored = determinant(m) < 0;
@@ -42,12 +43,14 @@ std::uint8_t details_of(const scene::Shape& shape, std::uint8_t wanted) {
     has = with(mesh->uvs.empty() ? 0U : flag::uv0, mesh->uvs1.empty() ? 0U : flag::uv1);
     if (!mesh->colors.empty()) has = with(has, flag::color);
   }
+  const unsigned second = (has & flag::uv1) != 0 ? flag::uv1 : has & flag::uv0;
   std::uint8_t out = static_cast<std::uint8_t>(wanted & has);
-  const bool lacks_second = (wanted & flag::uv1) != 0 && (has & flag::uv1) == 0;
-  if (lacks_second) out = with(out, has & flag::uv0);
+  if ((wanted & flag::uv1) != 0) out = with(out, second);
   if ((wanted & flag::tangent) != 0) {
     const bool given = mesh != nullptr && !mesh->tangents.empty();
-    if (given || (has & flag::uv0) != 0) out = with(out, flag::tangent | (has & flag::uv0));
+    const unsigned set = render::tangent_set(wanted) == 1 ? second : has & flag::uv0;
+    if (given || set != 0) out = with(out, flag::tangent | set);
+    if (set == flag::uv1) out = with(out, flag::tangent_by_uv1);
   }
   return out;
 }
@@ -56,6 +59,12 @@ bool has_vertex_tangents(const scene::Shape& shape, std::uint8_t details) {
   const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
   if (mesh == nullptr || (details & flag::tangent) == 0) return false;
   return !mesh->tangents.empty() || !mesh->normals.empty();
+}
+
+void part_for_tangents(scene::Shape& shape, std::uint8_t details) {
+  auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+  if (mesh == nullptr || !mesh->tangents.empty() || !has_vertex_tangents(shape, details)) return;
+  part_mirrored(*mesh, render::tangent_set(details));
 }
 
 void make_room(render::Geometry& geometry, std::uint8_t details, bool with_tangents,

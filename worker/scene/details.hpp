@@ -10,7 +10,8 @@ namespace tessera::worker {
 
 /// What of `wanted` (render::detail_flag) a shape can give, and what is needed to make the rest of
 /// it: a second set of coordinates is the first where there is none, and tangents come from
-/// coordinates where none are given. Quads, boxes and spheres have coordinates of their own.
+/// the set that they are to follow where none are given. Quads, boxes and spheres have coordinates
+/// of their own.
 std::uint8_t details_of(const scene::Shape& shape, std::uint8_t wanted);
 
 /// Room for `vertices` in what `details` names; tangents only if `with_tangents`.
@@ -20,6 +21,10 @@ void make_room(render::Geometry& geometry, std::uint8_t details, bool with_tange
 /// True if tangents are kept for each vertex: they were given, or can be made smooth from normals
 /// and coordinates. Else a hit takes its face's.
 bool has_vertex_tangents(const scene::Shape& shape, std::uint8_t details);
+
+/// Where tangents are to be made, parts the vertices that a picture and its mirror image share
+/// (tangents.hpp): the mesh has more vertices then.
+void part_for_tangents(scene::Shape& shape, std::uint8_t details);
 
 /// Copies a mesh's details behind `first`, where there is room for them. `to_group` turns its
 /// tangents.

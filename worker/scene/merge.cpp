@@ -191,6 +191,10 @@ class Filler {
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
                   const render::TextureTable& textures, const std::array<double, 3>& origin) {
+  for (const PlacedShape& placed : shapes) {
+    const std::uint8_t wants = materials[placed.shape->material].wants;
+    part_for_tangents(*placed.shape, details_of(*placed.shape, wants));
+  }
   MergedGroup out;
   for (const Bin& bin : sort_into_bins(shapes, materials)) {
     Geometry geometry = Filler(bin, origin).take();

@@ -141,6 +141,84 @@ TEST(Details, tangents_follow_u_and_bitangents_the_pictures_top) {
   }
 }
 
+/// The square bent at x = 1, where u goes back: its halves show the picture and its mirror image,
+/// and share the two vertices of the seam.
+scene::Mesh mirrored_at_a_seam() {
+  scene::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
+  mesh.normals.assign(6, {0, 0, 1});
+  mesh.uvs = {{1, 1}, {0, 1}, {1, 1}, {1, 0}, {0, 0}, {1, 0}};
+  mesh.colors.assign(6, {1, 1, 1, 1});
+  mesh.triangles = {{1, 4, 0}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+  return mesh;
+}
+
+TEST(Details, a_mirrored_seam_parts_its_vertices) {
+  const Geometry geometry = merged(shape_of(mirrored_at_a_seam()), flag::tangent | flag::color);
+  ASSERT_EQ(geometry.positions.size(), 8U);
+  EXPECT_EQ(geometry.colors.size(), 8U);
+  EXPECT_EQ(geometry.uvs[0].size(), 8U);
+  for (std::uint32_t face = 0; face < 4; ++face) {
+    for (const auto& [u, v] : {std::pair{0.01F, 0.01F}, {0.98F, 0.01F}, {0.01F, 0.98F}}) {
+      const SurfaceDetail at = detail(geometry, hit_at(u, v, face));
+      expect_near(at.tangent, {face < 2 ? -1.0F : 1.0F, 0, 0});
+      expect_near(at.bitangent, {0, 1, 0});
+    }
+  }
+}
+
+TEST(Details, a_vertex_whose_faces_disagree_takes_each_faces_tangent) {
+  // Two faces about a vertex; on the second u grows the other way.
+  scene::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  mesh.normals.assign(5, {0, 0, 1});
+  mesh.uvs = {{0, 0}, {1, 0}, {0, -1}, {1, 0}, {0, -1}};
+  mesh.triangles = {{0, 1, 2}, {0, 3, 4}};
+  const auto tangents = tangents_of(mesh, 0);
+  EXPECT_EQ(tangents[0], (std::array<float, 4>{0, 0, 0, 1}));
+  const Geometry geometry = merged(shape_of(mesh), flag::tangent);
+  EXPECT_EQ(geometry.tangents[0], render::no_tangent);
+  expect_near(detail(geometry, hit_at(0, 0, 0)).tangent, {1, 0, 0});
+  expect_near(detail(geometry, hit_at(0, 0, 1)).tangent, {-1, 0, 0});
+  expect_near(detail(geometry, hit_at(0, 0, 1)).bitangent, {0, -1, 0});
+}
+
+TEST(Details, tangents_follow_the_set_that_they_are_asked_for) {
+  for (const bool smooth : {false, true}) {
+    scene::Mesh mesh = square();
+    if (smooth) mesh.normals.assign(4, {0, 0, 1});
+    mesh.uvs1 = {{0, 0}, {0, 1}, {1, 1}, {1, 0}};  // u runs up, v to the right
+    const Geometry first = merged(shape_of(mesh), flag::uv1 | flag::tangent);
+    expect_near(detail(first, hit_at(0.3F, 0.3F)).tangent, {1, 0, 0});
+    const std::uint8_t wants = flag::uv1 | flag::tangent | flag::tangent_by_uv1;
+    const Geometry second = merged(shape_of(mesh), wants);
+    EXPECT_TRUE(second.uvs[0].empty());
+    expect_near(detail(second, hit_at(0.3F, 0.3F)).tangent, {0, 1, 0});
+    expect_near(detail(second, hit_at(0.3F, 0.3F)).bitangent, {-1, 0, 0});
+    mesh.uvs1.clear();
+    expect_near(detail(merged(shape_of(mesh), wants), hit_at(0.3F, 0.3F)).tangent, {1, 0, 0});
+  }
+}
+
+TEST(Details, a_hit_says_what_there_is) {
+  scene::Mesh mesh = square();
+  mesh.uvs1 = std::move(mesh.uvs);
+  mesh.uvs.clear();
+  mesh.colors.assign(4, {1, 1, 1, 1});
+  const SurfaceDetail second = detail(merged(shape_of(mesh), all), hit_at(0.3F, 0.3F));
+  EXPECT_FALSE(second.has_uv(0) || second.has_tangents());
+  EXPECT_TRUE(second.has_uv(1));
+  mesh.uvs1.clear();
+  const SurfaceDetail colored = detail(merged(shape_of(mesh), all), hit_at(0.3F, 0.3F));
+  EXPECT_FALSE(colored.has_uv(0) || colored.has_uv(1) || colored.has_tangents());
+  mesh.tangents.assign(4, {1, 0, 0, 1});
+  const SurfaceDetail given = detail(merged(shape_of(mesh), all), hit_at(0.3F, 0.3F));
+  EXPECT_TRUE(given.has_tangents() && !given.has_uv(0));
+  const SurfaceDetail quad =
+      detail(merged(shape_of(scene::Quad{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), all), hit_at(0, 0));
+  EXPECT_TRUE(quad.has_uv(0) && quad.has_uv(1) && quad.has_tangents());
+}
+
 TEST(Details, given_tangents_are_taken) {
   scene::Mesh mesh = square();
   mesh.tangents.assign(4, {0, 1, 0, -1});
@@ -220,7 +298,7 @@ TEST(Tangents, are_smooth_over_a_curved_mesh_and_weighed_by_angle) {
     mesh.triangles.push_back({i, i + 2, i + 1});
     mesh.triangles.push_back({i + 1, i + 2, i + 3});
   }
-  const auto tangents = tangents_of(mesh);
+  const auto tangents = tangents_of(mesh, 0);
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     EXPECT_NEAR(tangents[i][0], mesh.normals[i][2], 1e-5);
     EXPECT_NEAR(tangents[i][1], 0, 1e-5);

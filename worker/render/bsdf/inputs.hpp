@@ -51,6 +51,15 @@ struct ScalarSlot {
 constexpr std::uint8_t wanted_by(std::uint8_t uv_set) {
   return uv_set == 0 ? detail_flag::uv0 : detail_flag::uv1;
 }
+/// The detail_flags of tangents that follow a set.
+constexpr std::uint8_t tangents_by(std::uint8_t uv_set) {
+  return uv_set == 0 ? detail_flag::tangent : detail_flag::tangent | detail_flag::tangent_by_uv1;
+}
+/// `wanted`, and what a map of normals needs: its tangents count, as there is one set of them.
+constexpr unsigned with_tangents_of(const TextureUse& map, unsigned wanted) {
+  return (wanted & ~unsigned{detail_flag::tangent_by_uv1}) | wanted_by(map.uv_set) |
+         tangents_by(map.uv_set);
+}
 template <class Slot>
 std::uint8_t wanted_by(const Slot& slot) {
   return slot.texture ? wanted_by(slot.texture->uv_set) : std::uint8_t{0};

@@ -168,11 +168,13 @@ void compile_common(const scene::Material& source, CompiledMaterial& out) {
   if (out.back_culled) out.two_sided = false;
   if (source.normal_map) {
     out.normal_map.emplace(*source.normal_map);
-    wants |= wanted_by(out.normal_map->texture.uv_set) | detail_flag::tangent;
+    wants = with_tangents_of(out.normal_map->texture, wants);
   }
   if (source.bump_map) {
     out.bump_map.emplace(*source.bump_map);
-    wants |= wanted_by(out.bump_map->texture.uv_set) | detail_flag::tangent;
+    wants |= wanted_by(out.bump_map->texture.uv_set);
+    // Any will do: slopes are taken along whichever there are.
+    if ((wants & detail_flag::tangent) == 0) wants |= tangents_by(out.bump_map->texture.uv_set);
   }
   out.bends_normals = out.normal_map || out.bump_map;
   out.may_pass = out.interface || out.has_opacity || out.back_culled;

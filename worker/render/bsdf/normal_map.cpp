@@ -17,10 +17,14 @@ Vec3 turned_outside(const Vec3& n, const Vec3& geometric, const Vec3& wo) {
 
 namespace {
 
-/// The frame about `n`, as far as it may be bent.
-Frame bent_frame(const Vec3& n, const ShadingPoint& point) {
+bool can_bend(const ShadingPoint& point, const TextureUse& texture) {
+  return point.detail && point.detail->has_tangents() && point.detail->has_uv(texture.uv_set);
+}
+
+/// The frame about `n`, as far as `shading` may be bent to it.
+Frame bent_frame(const Vec3& n, const ShadingPoint& point, const Frame& shading) {
   // What points into the surface is no normal of it.
-  if (!(dot(n, point.normal) > 0)) return point.shading;
+  if (!(dot(n, point.normal) > 0)) return shading;
   return Frame(keep_mirrored_outside(n, point.normal, point.wo));
 }
 
@@ -30,18 +34,18 @@ Vec2 plus(Vec2 a, Vec2 b, float times) { return {a.x + b.x * times, a.y + b.y * 
 
 Frame NormalSlot::frame(const Source& source) const {
   const ShadingPoint& point = source.point;
-  if (!point.detail) return point.shading;
+  if (!can_bend(point, texture)) return point.shading;
   const Texel texel = source.textures.lookup(texture, point.detail);
   const Vec3 local{(2 * texel[0] - 1) * scale, (2 * texel[1] - 1) * scale, 2 * texel[2] - 1};
   const SurfaceDetail& detail = *point.detail;
   const Vec3 n =
       normalize(detail.tangent * local.x + detail.bitangent * local.y + point.shading.n * local.z);
-  return bent_frame(n, point);
+  return bent_frame(n, point, point.shading);
 }
 
 Frame BumpSlot::frame(const Source& source, const Frame& shading) const {
   const ShadingPoint& point = source.point;
-  if (!point.detail) return shading;
+  if (!can_bend(point, texture)) return shading;
   const SurfaceDetail& detail = *point.detail;
   const TexturePoint& at = detail.uv[texture.uv_set];
   const Vec2 texels = source.textures.texels(texture.texture);
@@ -60,9 +64,10 @@ Frame BumpSlot::frame(const Source& source, const Frame& shading) const {
         source.textures.lookup(texture, behind)[0] - source.textures.lookup(texture, before)[0];
     return rise * height / (2 * half);
   };
-  const Vec3 n = normalize(shading.n - detail.tangent * slope(at.by_tangent) -
-                           detail.bitangent * slope(at.by_bitangent));
-  return bent_frame(n, point);
+  const Frame axes = detail.tangents_about(shading.n);
+  const Vec3 n =
+      normalize(shading.n - axes.s * slope(at.by_tangent) - axes.t * slope(at.by_bitangent));
+  return bent_frame(n, point, shading);
 }
 
 }  // namespace tessera::render

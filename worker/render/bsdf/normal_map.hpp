@@ -35,7 +35,8 @@ struct NormalSlot {
 
   explicit NormalSlot(const scene::NormalMap& map)
       : texture(compile(map.texture)), scale(static_cast<float>(map.scale)) {}
-  /// The shading frame that it gives; the hit's own where there are no coordinates.
+  /// The shading frame that it gives; the hit's own where there are no tangents or
+  /// no coordinates.
   [[nodiscard]] Frame frame(const Source& source) const;
 };
 
@@ -47,7 +48,7 @@ struct BumpSlot {
   explicit BumpSlot(const scene::BumpMap& map)
       : texture(compile(map.texture)), height(static_cast<float>(map.height)) {}
   /// The frame that it gives over `shading`, from differences over a texel, or over the ray's
-  /// footprint where that is wider.
+  /// footprint where that is wider; `shading` itself where there are no tangents or no coordinates.
   [[nodiscard]] Frame frame(const Source& source, const Frame& shading) const;
 };
 
