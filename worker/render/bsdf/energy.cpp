@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "worker/render/bsdf/energy_quadrature.hpp"
 #include "worker/render/bsdf/fresnel.hpp"
 #include "worker/render/bsdf/ggx.hpp"
 #include "worker/render/float_mode.hpp"
@@ -11,60 +12,7 @@
 namespace tessera::render::energy {
 namespace {
 
-constexpr float alpha_least = 1e-4F;
-
-// At low α all that happens does so where the cosine is like α: there the axis is stretched.
-float warp_cosine(float cosine, float alpha) {
-  return std::sqrt(std::min(1.0F, cosine * (1 + 2 * alpha) / (cosine + 2 * alpha)));
-}
-float unwarp_cosine(float x, float alpha) {
-  const float y = x * x;
-  return std::clamp(2 * alpha * y / (1 + 2 * alpha - y), 1e-5F, 1.0F);
-}
-float warp_alpha(float alpha) { return std::sqrt(std::clamp(alpha, 0.0F, 1.0F)); }
-float unwarp_alpha(float y) { return std::max(y * y, alpha_least); }
-float coordinate(int i, int side) { return static_cast<float>(i) / static_cast<float>(side - 1); }
-
-/// The means of both of f(normal)'s numbers over the normals visible from wo. Midpoints, more of
-/// them where normals lie flat: a smooth surface's rare ones are there.
-template <class F>
-std::array<float, 2> mean_over_normals(const Vec3& wo, float alpha, int azimuths, int heights,
-                                       const F& f) {
-  const ggx::Roughness roughness{alpha, alpha};
-  std::array<double, 2> sums{};
-  double weights = 0;
-  for (int j = 0; j < heights; ++j) {
-    const float rest = 1 - (static_cast<float>(j) + 0.5F) / static_cast<float>(heights);
-    const double weight = static_cast<double>(rest * rest);
-    // The two halves of the azimuths are alike.
-    for (int i = 0; i < azimuths; ++i) {
-      const float azimuth = 0.5F * (static_cast<float>(i) + 0.5F) / static_cast<float>(azimuths);
-      const Vec3 m = ggx::sample_visible_normal(roughness, wo, {azimuth, 1 - rest * rest * rest});
-      const std::array<float, 2> values = f(roughness, m);
-      sums[0] += weight * static_cast<double>(values[0]);
-      sums[1] += weight * static_cast<double>(values[1]);
-    }
-    weights += weight * azimuths;
-  }
-  return {static_cast<float>(sums[0] / weights), static_cast<float>(sums[1] / weights)};
-}
-
 Vec3 direction(float cosine) { return {std::sqrt(std::max(0.0F, 1 - cosine * cosine)), 0, cosine}; }
-Vec3 mirrored(const Vec3& wo, const Vec3& m) { return m * (2 * dot(wo, m)) - wo; }
-
-/// 2∫ value(c)·c dc.
-template <class F>
-float cosine_mean(const F& value) {
-  constexpr int n = 512;
-  double sum = 0;
-  for (int i = 0; i < n; ++i) {
-    // Midpoints in √c: the function is steep near 0.
-    const float root = (static_cast<float>(i) + 0.5F) / n;
-    const float cosine = root * root;
-    sum += static_cast<double>(value(cosine)) * static_cast<double>(4 * cosine * root);
-  }
-  return static_cast<float>(sum / n);
-}
 
 /// One number for each row of a table.
 template <int Side>
@@ -79,6 +27,10 @@ struct Means {
   }
 };
 
+Bounce bounce(float cosine, float alpha) {
+  return single_bounce(direction(cosine), {alpha, alpha}, {.azimuths = 16, .heights = 64});
+}
+
 struct Reflection {
   static constexpr int side = 32;
   Table<side> albedo, schlick;
@@ -91,30 +43,13 @@ struct Reflection {
       for (int i = 0; i < side; ++i) {
         const std::size_t at = Table<side>::index(i, j);
         const float x = coordinate(i, side);
-        albedo.values[at] = single_bounce(unwarp_cosine(x, alpha), alpha).albedo;
-        schlick.values[at] = single_bounce(std::max(x * x, 1e-5F), alpha).schlick;
+        albedo.values[at] = bounce(unwarp_cosine(x, alpha), alpha).albedo;
+        schlick.values[at] = bounce(std::max(x * x, 1e-5F), alpha).schlick;
       }
       const float y = coordinate(j, side);
       mean.values[static_cast<std::size_t>(j)] =
           cosine_mean([&](float c) { return albedo.at(warp_cosine(c, alpha), y); });
     }
-  }
-
- private:
-  struct Bounce {
-    float albedo, schlick;
-  };
-  static Bounce single_bounce(float cosine, float alpha) {
-    const Vec3 wo = direction(cosine);
-    const auto leaves = [&](const ggx::Roughness& roughness,
-                            const Vec3& m) -> std::array<float, 2> {
-      const Vec3 wi = mirrored(wo, m);
-      if (!(wi.z > 0)) return {};
-      const float part = ggx::masking_ratio(roughness, wo, wi);
-      return {part, part * render::schlick(std::clamp(dot(wo, m), 0.0F, 1.0F))};
-    };
-    const std::array<float, 2> means = mean_over_normals(wo, alpha, 16, 64, leaves);
-    return {means[0], means[0] > 0 ? means[1] / means[0] : 0};
   }
 };
 
@@ -150,8 +85,8 @@ struct Interface {
   }
   static float single_bounce(float cosine, float alpha, float eta) {
     const Vec3 wo = direction(cosine);
-    const auto leaves = [&](const ggx::Roughness& roughness,
-                            const Vec3& m) -> std::array<float, 2> {
+    const ggx::Roughness roughness{alpha, alpha};
+    const auto leaves = [&](const Vec3& m) -> std::array<float, 2> {
       const float c = std::clamp(dot(wo, m), 0.0F, 1.0F);
       const Fresnel fresnel = fresnel_dielectric(c, eta);
       float sum = 0;
@@ -163,7 +98,8 @@ struct Interface {
       }
       return {sum, 0};
     };
-    return mean_over_normals(wo, alpha, 12, 40, leaves)[0];
+    const NormalGrid grid{.azimuths = 12, .heights = 40};
+    return mean_over_normals(wo, roughness, grid, leaves)[0];
   }
 };
 

@@ -5,8 +5,8 @@
 /// What rough surfaces scatter at the first bounce between microfacets, and so what is lost to the
 /// later ones: tables made once in a process by a fixed quadrature over visible normals, without
 /// libm, so that all machines have the same bits. Making them takes some tens of milliseconds;
-/// prepare_…() does it ahead, else the first look-up does. α is that of an isotropic surface; an
-/// anisotropic one asks by √(αx·αy), which is an approximation.
+/// prepare_…() does it ahead, else the first look-up does. α is that of an isotropic surface; what
+/// is brushed in one direction asks brushed_energy.hpp.
 namespace tessera::render::energy {
 
 /// Over the cosine of the direction and α, both warped to where the function bends.

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/render/bsdf/energy.hpp"
+#include "worker/render/bsdf/brushed_energy.hpp"
 #include "worker/render/warp.hpp"
 
 namespace tessera::render::microfacet {
 namespace {
 
-float mean_alpha(const ggx::Roughness& r) {
-  return r.alpha_x == r.alpha_y ? r.alpha_x : std::sqrt(r.alpha_x * r.alpha_y);
-}
 bool is_smooth(const ggx::Roughness& r) {
   return std::max(r.alpha_x, r.alpha_y) < ggx::alpha_smooth;
 }
@@ -47,12 +44,11 @@ Reflectance reflectance_of(const Lobe& lobe) {
 Lobe lobe_of(const Parameters& p, bool through) {
   if (is_smooth(p.roughness)) {
     return {.kind = LobeKind::mirror,
-            .weight = p.reflectance.at(p.cos_o),
+            .weight = p.reflectance.at(p.wo.cosine),
             .tint = p.reflectance.normal};
   }
-  const float alpha = mean_alpha(p.roughness);
-  const float mean = energy::reflection_mean(alpha);
-  const float lost = 1 - energy::reflection(p.cos_o, alpha);
+  const float mean = energy::reflection_mean(p.roughness);
+  const float lost = 1 - energy::reflection(p.wo, p.roughness);
   const Color later = later_bounces(p.reflectance.mean(), mean);
   return {.kind = through ? LobeKind::microfacet_through : LobeKind::microfacet,
           .weight = p.reflectance.normal,
@@ -65,12 +61,11 @@ Lobe lobe_of(const Parameters& p, bool through) {
 }
 
 Color albedo(const Parameters& p) {
-  if (is_smooth(p.roughness)) return p.reflectance.at(p.cos_o);
-  const float alpha = mean_alpha(p.roughness);
-  const float once = energy::reflection(p.cos_o, alpha);
-  const Color later = later_bounces(p.reflectance.mean(), energy::reflection_mean(alpha));
-  return (p.reflectance.normal + p.reflectance.rise * energy::schlick_mean(p.cos_o, alpha)) * once +
-         later * (1 - once);
+  if (is_smooth(p.roughness)) return p.reflectance.at(p.wo.cosine);
+  const float once = energy::reflection(p.wo, p.roughness);
+  const Color later = later_bounces(p.reflectance.mean(), energy::reflection_mean(p.roughness));
+  const float schlick = energy::schlick_mean(p.wo, p.roughness);
+  return (p.reflectance.normal + p.reflectance.rise * schlick) * once + later * (1 - once);
 }
 
 Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
@@ -82,8 +77,8 @@ Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
                      (ggx::distribution(roughness, m) *
                       ggx::masking_over_cosines(roughness, at.wo, at.wi) * at.wi.z * 0.25F);
   if (!(lobe.multiple_share > 0)) return once;
-  return once +
-         lobe.multiple * ((1 - energy::reflection(at.wi.z, mean_alpha(roughness))) * at.wi.z);
+  const float lost = 1 - energy::reflection(energy::slant_of(at.wi), roughness);
+  return once + lobe.multiple * (lost * at.wi.z);
 }
 
 float pdf(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {

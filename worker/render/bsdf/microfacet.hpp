@@ -1,4 +1,5 @@
 #pragma once
+#include "worker/render/bsdf/brushed_energy.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/bsdf/fresnel.hpp"
 #include "worker/render/bsdf/ggx.hpp"
@@ -12,12 +13,12 @@ namespace tessera::render::microfacet {
 struct Parameters {
   Reflectance reflectance;
   ggx::Roughness roughness;
-  float cos_o = 1;  ///< |cosine| of wo against the lobe's normal
+  energy::Slant wo;  ///< in the lobe's frame
 };
 /// The rough lobe, or where α is too small for one a mirror; `through` is the twin, whose
 /// reflectance is a mere colour.
 Lobe lobe_of(const Parameters& parameters, bool through = false);
-/// What such a lobe makes of light to wo: its directional albedo.
+/// What such a lobe makes of light to wo: its directional albedo, but for a metal's dip.
 Color albedo(const Parameters& parameters);
 
 Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi);

@@ -25,26 +25,32 @@ ggx::Roughness roughness_of(float roughness, float strength = 0) {
 
 /// About the closure's normal, its first axis the surface's tangent, turned.
 Frame turned_tangent(const Source& source, const Frame& shading, Vec2 direction) {
-  Vec3 s = shading.s, t = shading.t;
-  if (source.point.detail) {
-    const Vec3 along = source.point.detail->tangent;
-    s = normalize(along - shading.n * dot(along, shading.n));
-    if (!(length_squared(s) > 0)) s = shading.s;
-    t = cross(shading.n, s);
-    if (dot(t, source.point.detail->bitangent) < 0) t = -t;
-  }
-  const Vec3 x = normalize(s * direction.x + t * direction.y);
+  const auto& detail = source.point.detail;
+  const Frame axes = detail ? detail->tangents_about(shading.n) : shading;
+  const Vec3 x = normalize(axes.s * direction.x + axes.t * direction.y);
   return Frame(x, cross(shading.n, x), shading.n);
 }
 
-/// Adds a lobe of microfacets, about a frame turned by `direction` where that matters.
-void add_microfacets(const Source& source, Lobe lobe, const Color& albedo, Vec2 direction,
-                     Closure& out) {
-  if (lobe.alpha_x != lobe.alpha_y) {
-    lobe.frame = out.add_frame(turned_tangent(source, out.shading, direction));
+/// A layer of microfacets at a hit, in a frame of its own where it is brushed.
+struct Layer {
+  ggx::Roughness roughness;
+  Frame frame;
+  energy::Slant wo;
+
+  Layer(const Source& source, const Frame& shading, const ggx::Roughness& of, Vec2 direction)
+      : roughness(of), frame(shading), wo{.cosine = facing(shading, source)} {
+    if (roughness.alpha_x == roughness.alpha_y) return;
+    frame = turned_tangent(source, shading, direction);
+    wo = energy::slant_of(frame.to_local(source.point.wo));
   }
-  out.add(lobe, max_component(albedo));
-}
+  [[nodiscard]] microfacet::Parameters with(const Reflectance& reflectance) const {
+    return {.reflectance = reflectance, .roughness = roughness, .wo = wo};
+  }
+  void add(Lobe lobe, const Color& albedo, Closure& out) const {
+    if (lobe.alpha_x != lobe.alpha_y) lobe.frame = out.add_frame(frame);
+    out.add(lobe, max_component(albedo));
+  }
+};
 Vec2 direction_of(float angle) {
   const auto [s, c] = fast::sincos(angle);
   return {c, s};
@@ -59,7 +65,7 @@ void add_passing(float cosine, const Color& color, const ggx::Roughness& roughne
   // Wide as it is across, whatever way the surface is brushed.
   const Lobe white = microfacet::lobe_of({.reflectance = {gray(1), {}, {}},
                                           .roughness = {roughness.alpha_y, roughness.alpha_y},
-                                          .cos_o = cosine},
+                                          .wo = {.cosine = cosine}},
                                          true);
   out.add(scaled(white, color), max_component(color));
 }
@@ -71,15 +77,14 @@ ConductorSurface::ConductorSurface(const scene::Conductor& source)
       roughness(static_cast<float>(source.roughness)),
       anisotropy(static_cast<float>(source.anisotropy)),
       rotation(static_cast<float>(source.anisotropy_rotation)) {
-  energy::prepare_reflection();
+  energy::prepare_reflection(roughness_of(roughness, anisotropy));
 }
 
 void ConductorSurface::add(const Source& source, Closure& out) const {
-  const microfacet::Parameters parameters{.reflectance = reflectance,
-                                          .roughness = roughness_of(roughness, anisotropy),
-                                          .cos_o = facing(out.shading, source)};
-  add_microfacets(source, microfacet::lobe_of(parameters), microfacet::albedo(parameters),
-                  direction_of(rotation), out);
+  const Layer layer(source, out.shading, roughness_of(roughness, anisotropy),
+                    direction_of(rotation));
+  const microfacet::Parameters parameters = layer.with(reflectance);
+  layer.add(microfacet::lobe_of(parameters), microfacet::albedo(parameters), out);
 }
 
 DielectricSurface::DielectricSurface(const scene::Dielectric& source)
@@ -109,13 +114,11 @@ void DielectricSurface::add(const Source& source, Closure& out) const {
     return;
   }
   const float face = pane::both_faces(normal_reflectance(ior));
-  const float cosine = facing(out.shading, source);
-  const microfacet::Parameters faces{
-      .reflectance = schlick_reflectance(gray(face), gray(1)), .roughness = rough, .cos_o = cosine};
+  const Layer layer(source, out.shading, rough, {1, 0});
+  const microfacet::Parameters faces = layer.with(schlick_reflectance(gray(face), gray(1)));
   const Color reflected = microfacet::albedo(faces);
-  add_microfacets(source, scaled(microfacet::lobe_of(faces), reflectance), reflected * reflectance,
-                  {1, 0}, out);
-  add_passing(cosine, transmittance * unit(1 - reflected.g), rough, out);
+  layer.add(scaled(microfacet::lobe_of(faces), reflectance), reflected * reflectance, out);
+  add_passing(layer.wo.cosine, transmittance * unit(1 - reflected.g), rough, out);
 }
 
 PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_vertex_colors)
@@ -136,7 +139,7 @@ PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_
       vertex_colors(uses_vertex_colors) {
   if (source.clearcoat_normal) coat_normal.emplace(*source.clearcoat_normal);
   if (source.anisotropy_direction) anisotropy_direction = compile(*source.anisotropy_direction);
-  energy::prepare_reflection();
+  energy::prepare_reflection(roughness_of(roughness.factor, anisotropy.factor));
   if (!thin_walled && source.transmission.factor > 0) energy::prepare_interface(ior);
 }
 
@@ -147,9 +150,11 @@ std::uint8_t PrincipledSurface::wants() const {
        {&metallic, &roughness, &specular, &transmission, &coat, &coat_roughness, &anisotropy}) {
     bits |= wanted_by(*slot);
   }
-  if (coat_normal) bits |= wanted_by(coat_normal->texture.uv_set) | detail_flag::tangent;
   if (anisotropy_direction) bits |= wanted_by(anisotropy_direction->uv_set);
-  if (anisotropy.factor > 0) bits |= detail_flag::tangent;
+  if (anisotropy.factor > 0) {
+    bits |= tangents_by(anisotropy_direction ? anisotropy_direction->uv_set : std::uint8_t{0});
+  }
+  if (coat_normal) bits = with_tangents_of(coat_normal->texture, bits);
   return static_cast<std::uint8_t>(bits);
 }
 
@@ -170,7 +175,7 @@ PrincipledSurface::Coat PrincipledSurface::coat_at(const Source& source) const {
   out.frame = coat_normal ? coat_normal->frame(source) : source.point.shading;
   out.layer = {.reflectance = schlick_reflectance(gray(0.04F), gray(1)),
                .roughness = roughness_of(unit(coat_roughness.at(source))),
-               .cos_o = facing(out.frame, source)};
+               .wo = {.cosine = facing(out.frame, source)}};
   out.albedo = out.share * microfacet::albedo(out.layer).g;
   return out;
 }
@@ -201,8 +206,6 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
   }
   const float below = add_coat(coat_at(source), out);
   out.emission += emission.at(source) * below;
-  const float cosine = facing(out.shading, source);
-
   const float metal = unit(metallic.at(source)), passing = unit(transmission.at(source));
   const float strength = unit(specular.at(source));
   float brushed = anisotropy.at(source);
@@ -223,25 +226,24 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
   // What has a volume behind it reflects by its interface's own lobe.
   const float interface = thin_walled ? 0 : passing * (1 - metal) * below;
   const float layered = (1 - metal) * below - interface;
-  const microfacet::Parameters of_dielectric{
-      .reflectance = dielectric, .roughness = rough, .cos_o = cosine};
+  const Layer layer(source, out.shading, rough, direction);
+  const microfacet::Parameters of_dielectric = layer.with(dielectric);
   const Color reflected = microfacet::albedo(of_dielectric);
   Lobe specular_lobe = scaled(microfacet::lobe_of(of_dielectric), gray(layered));
   Color specular_albedo = reflected * layered;
   if (metal > 0) {
-    const microfacet::Parameters of_metal{
-        .reflectance = schlick_reflectance(base, gray(1)), .roughness = rough, .cos_o = cosine};
+    const microfacet::Parameters of_metal = layer.with(schlick_reflectance(base, gray(1)));
     const Lobe lobe = scaled(microfacet::lobe_of(of_metal), gray(metal * below));
     specular_lobe.weight += lobe.weight;
     specular_lobe.tint += lobe.tint;
     specular_lobe.multiple += lobe.multiple;
     specular_albedo += microfacet::albedo(of_metal) * (metal * below);
   }
-  add_microfacets(source, specular_lobe, specular_albedo, direction, out);
+  layer.add(specular_lobe, specular_albedo, out);
   const Color left = base * (layered * unit(1 - max_component(reflected)));
   const float through = thin_walled ? passing : 0;
   out.add({.kind = LobeKind::diffuse, .weight = left * (1 - through)});
-  if (through > 0) add_passing(cosine, left * through, rough, out);
+  if (through > 0) add_passing(facing(out.shading, source), left * through, rough, out);
   if (interface > 0) {
     // From inside it reflects totally, whatever its strength.
     const float side = cosine_to(out.shading, source);
