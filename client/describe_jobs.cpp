@@ -77,6 +77,12 @@ void add_frames_of_job(CLI::App& command, JobOptions& job) {
       ->type_name("N");
 }
 
+void add_by_path(CLI::App& command, JobOptions& job) {
+  command.add_flag("--by-path", job.by_path,
+                   "Send no files: workers read them where they lie, under the same paths, on a "
+                   "disk that all share (tessera-worker --asset-root)");
+}
+
 /// How many of what a farm of the command's own has.
 template <class Options>
 void add_own_farm(CLI::App& command, Options& options, const char* workers) {
@@ -141,6 +147,7 @@ void add_wedge(CLI::App& app, Line& line) {
       ->type_name("N")
       ->check(CLI::Range(1, 65536));
   add_look(command, options.exposure, options.view, "the sheet");
+  add_by_path(command, options.job);
   add_own_farm(command, options,
                "Worker processes of a farm of its own (1); asks for one although TESSERA_SERVER or "
                "the config file names a server");
@@ -159,6 +166,7 @@ void add_submit(CLI::App& app, Line& line) {
   add_job_options(command, line, job);
   add_frames_of_job(command, job);
   command.add_option("--priority", job.priority, "-100 to 100, higher first (0)")->type_name("N");
+  add_by_path(command, job);
   command.add_flag("--mixed", job.mixed, "Take workers of any build, and give up identical bits");
   command.callback([&line] {
     line.command = [&line](const Settings& settings) {

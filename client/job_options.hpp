@@ -52,6 +52,7 @@ struct JobOptions {
   std::optional<double> fps;
   int priority = 0;
   bool mixed = false;
+  bool by_path = false;  ///< files stay where they are, and are named by their paths
 };
 
 /// The job that the options ask for. Names of integrator, sampler, filter and camera are checked,

@@ -48,8 +48,16 @@ MemoryFile::~MemoryFile() {
 MemoryFile::MemoryFile(MemoryFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
+namespace {
+constexpr const char* descriptors = "/proc/self/fd";
+}  // namespace
+
 std::filesystem::path MemoryFile::path() const {
-  return fmt::format("/proc/self/fd/{}", descriptor_);
+  return std::filesystem::path(descriptors) / std::to_string(descriptor_);
+}
+
+bool MemoryFile::is_one(const std::filesystem::path& path) {
+  return path.parent_path() == descriptors;
 }
 
 }  // namespace tessera::client

@@ -15,6 +15,8 @@ class MemoryFile {
   MemoryFile& operator=(MemoryFile&&) = delete;
 
   [[nodiscard]] std::filesystem::path path() const;
+  /// Whether a path is such a file's.
+  [[nodiscard]] static bool is_one(const std::filesystem::path& path);
 
  private:
   int descriptor_ = -1;

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "client/job_options.hpp"
@@ -34,8 +35,16 @@ class FileHasher {
   std::map<std::filesystem::path, assets::BundleFile> known_;
 };
 
-/// The manifest of a scene's files, the scene file first among them.
-SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher);
+/// How a scene's files come to the workers.
+struct ByPath {
+  std::filesystem::path folder;  ///< the scene's, as it was named
+};
+/// The manifest of a scene's files, the scene file first among them. By path: those that lie on a
+/// disk are named by where they do, as their folder was named if that is the same file.
+SceneAssets assets_of(std::vector<scene::UsedFile> files, FileHasher& hasher,
+                      const std::optional<ByPath>& by_path);
+/// What the options say of it.
+std::optional<ByPath> by_path_of(const JobOptions& options);
 
 /// Reads the scene and all that it uses, whatever is wrong in it being an error here, and hashes
 /// the files.

@@ -115,7 +115,7 @@ std::string upload_text(std::uint64_t done, std::uint64_t total) {
 
 std::string sent_text(std::size_t files, std::uint64_t bytes, std::uint64_t scene_bytes) {
   const std::string scene = count_text(static_cast<double>(scene_bytes));
-  if (bytes == 0) return fmt::format("nothing to send: the server has all {}B of the scene", scene);
+  if (bytes == 0) return fmt::format("nothing to send: the server has the scene's {}B", scene);
   return fmt::format("sent {}B in {} file{}, of a scene of {}B",
                      count_text(static_cast<double>(bytes)), files, files == 1 ? "" : "s", scene);
 }

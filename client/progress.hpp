@@ -51,8 +51,8 @@ std::string duration_text(double seconds);
 std::string count_text(double count);
 /// "uploading 1.25 MB of 3.00 MB".
 std::string upload_text(std::uint64_t done, std::uint64_t total);
-/// "sent 1.25 MB in 2 files, of a scene of 3.00 MB"; "nothing to send: the server has
-/// all 3.00 MB of the scene".
+/// "sent 1.25 MB in 2 files, of a scene of 3.00 MB"; "nothing to send: the server has the
+/// scene's 3.00 MB".
 std::string sent_text(std::size_t files, std::uint64_t bytes, std::uint64_t scene_bytes);
 /// "1:23", or with the interval where it is known and says more: "1:23 (1:10-1:50)".
 std::string eta_text(const JobState& job);

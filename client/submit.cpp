@@ -22,7 +22,7 @@ int submit(const Settings& settings, const JobOptions& options) {
       upload(server, prepared.assets, [&](std::uint64_t done, std::uint64_t total) {
         printer.remark_now_and_then(upload_text(done, total));
       });
-  printer.say(sent_text(sent.files, sent.bytes, assets::total_size(prepared.assets.bundle)));
+  printer.say(sent_text(sent.files, sent.bytes, assets::blob_size(prepared.assets.bundle)));
   const Json job = post_job(server, prepared.spec);
   if (interrupted()) {
     cancel_posted(server, {job_state_from(job).id});

@@ -174,7 +174,7 @@ class Uploads {
 }  // namespace
 
 UploadSummary upload(Server& server, const SceneAssets& scene, const UploadProgress& progress) {
-  std::vector<Digest> digests = assets::digests_of(scene.bundle);
+  std::vector<Digest> digests = assets::blobs_of(scene.bundle);
   digests.push_back(scene.digest);
   const std::set<Digest> lacking = missing(server, digests);
 

@@ -85,7 +85,8 @@ class Preparer {
       if (std::find(out_.warnings.begin(), out_.warnings.end(), warning) == out_.warnings.end())
         out_.warnings.push_back(std::move(warning));
     specify(index, loaded.scene);
-    out_.scenes.push_back(assets_of(std::move(loaded.files), hasher_));
+    out_.scenes.push_back(
+        assets_of(std::move(loaded.files), hasher_, by_path_of(plan_.cells.front().job)));
     for (std::size_t i = 0; i < plan_.cells.size(); ++i)
       if (plan_.cells[i].scene == index) out_.jobs[i].bundle = out_.scenes.back().digest;
   }

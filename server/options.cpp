@@ -40,7 +40,7 @@ net::Address address_from(const std::string& text, std::uint16_t default_port) {
 struct Flags {
   std::string data, http, listen, token, token_file, public_url;
   std::string log_level = "info";
-  std::string film_memory, keep_jobs = "forever", disk_limit;
+  std::string film_memory, keep_jobs = "forever", disk_limit, cache_size;
   bool insecure = false, no_durable = false;
   int pool_threads = ServerSettings().pool_threads;
   int preparation_timeout = ServerSettings().preparation_timeout;
@@ -89,6 +89,10 @@ void declare(CLI::App& app, Flags& flags) {
                  "Bytes of the data folder beyond which new jobs and uploads are refused, such as "
                  "500G [what the file system has]")
       ->type_name("SIZE");
+  app.add_option("--cache-size", flags.cache_size,
+                 "Bytes of scenes' files kept that no job needs any more, so that they need not be "
+                 "sent again; the least recently used go [10G]")
+      ->type_name("SIZE");
   app.add_flag("--no-durable", flags.no_durable)->group("");  // for the benchmark
 }
 
@@ -110,6 +114,7 @@ Options options_from(const Flags& flags) {
     server.film_memory = size_from(flags.film_memory, "--film-memory");
   server.keep_jobs = time_from(flags.keep_jobs, "--keep-jobs");
   if (!flags.disk_limit.empty()) server.disk_limit = size_from(flags.disk_limit, "--disk-limit");
+  if (!flags.cache_size.empty()) server.blob_cache = size_from(flags.cache_size, "--cache-size");
   options.log_level = log::level_from(flags.log_level);
   check(server);
   return options;

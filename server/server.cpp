@@ -115,6 +115,7 @@ struct Server::State {
     out.film_memory = settings.film_memory > 0 ? settings.film_memory : machine_memory() / 2;
     out.keep_jobs = settings.keep_jobs;
     out.disk_limit = settings.disk_limit;
+    out.blob_cache = settings.blob_cache;
     return out;
   }
   static ApiSettings api_settings(const ServerSettings& settings, const std::string& blob_token) {

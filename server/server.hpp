@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/base/clock.hpp"
+#include "common/base/limits.hpp"
 #include "common/net/address.hpp"
 
 /// The whole coordinator, put together: data folder, workers' port and people's port.
@@ -29,6 +30,7 @@ struct ServerSettings {
   std::uint64_t film_memory = 0;
   std::optional<Duration> keep_jobs;  ///< jobs that have ended; nullopt: for good
   std::uint64_t disk_limit = 0;       ///< bytes of the data folder; 0: no limit
+  std::uint64_t blob_cache = 10 * limits::GiB;  ///< bytes that no job needs
 };
 
 /// Throws Error{bad_input} with a sentence for people: an address that is no IP address; one off

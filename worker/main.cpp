@@ -17,6 +17,7 @@
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "common/base/names.hpp"
+#include "common/base/open_files.hpp"
 #include "common/net/address.hpp"
 #include "worker/agent/agent.hpp"
 #include "worker/agent/path_renderer.hpp"
@@ -33,6 +34,7 @@ struct Options {
   std::string cache;
   std::string log_level = "info";
   double cache_gib = 10;
+  std::vector<std::string> asset_roots;
   int threads = 0;
 };
 
@@ -71,6 +73,11 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--cache-size", options.cache_gib, "most that the cache keeps, GiB")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  app.add_option("--asset-root", options.asset_roots,
+                 "folder beneath which jobs may name files by path (tessera submit --by-path) "
+                 "instead of uploading them; may be given several times. Nothing else is read")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
   app.add_option(
          "--token", options.token,
          "what the coordinator wants shown; better in the environment, where others cannot see it")
@@ -111,6 +118,8 @@ int work(const Options& options) {
   if (!is_plain_name(settings.name))
     throw Error(ErrorKind::bad_input, "--name: expected 1 to 128 bytes without control characters");
   settings.cache = options.cache.empty() ? default_cache() : std::filesystem::path(options.cache);
+  for (const std::string& root : options.asset_roots) settings.fetch.asset_roots.emplace_back(root);
+  raise_open_files_limit();  // a scene's files that are named by path stay open
   settings.fetch.cache_bytes = static_cast<std::uint64_t>(options.cache_gib * 1024 * 1024 * 1024);
 
   const auto renderer = agent::make_path_renderer(options.threads > 0 ? options.threads : all);

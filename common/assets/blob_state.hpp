@@ -30,15 +30,13 @@ struct BlobStore::State {
   [[nodiscard]] fs::path partial(const Digest& digest) const {
     return folder / "partial" / digest.hex();
   }
-  struct Entry {
-    fs::file_time_type used;
-    Digest digest;
-    std::uint64_t size;
-  };
-  [[nodiscard]] std::vector<Entry> entries() const;
-  /// Removes those of them, from the first on, that nobody has pinned or used since they were
-  /// listed, until `enough` bytes are. Gives how many were. Holds the pins for a batch at a time.
-  std::uint64_t remove_unused(std::span<const Entry> entries, std::uint64_t enough);
+  [[nodiscard]] std::vector<KeptBlob> blobs() const;
+  [[nodiscard]] std::vector<KeptBlob> partials() const;
+  /// Removes what the rule says. Holds the pins for a batch at a time.
+  Evicted evict(std::vector<KeptBlob> kept, const EvictionRule& rule);
+  /// Removes those of them that nobody has pinned or used since they were listed.
+  void remove_unused(std::span<const KeptBlob> going, Evicted& done);
+  bool remove(const KeptBlob& blob);
   std::shared_ptr<std::mutex> mutex_of(const Digest& digest);
   void give_name(const fs::path& from, const Digest& digest) const;
 };

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/assets/eviction.hpp"
 #include "common/base/digest.hpp"
 
 namespace tessera::assets {
@@ -92,9 +93,13 @@ class BlobStore {
   /// Pins them whether they are here or not yet, and marks them as used now. The store must outlive
   /// the pin.
   std::unique_ptr<Pin> pin(std::vector<Digest> digests);
+  struct Evicted {
+    std::uint64_t blobs = 0, bytes = 0;  ///< that were removed
+    std::uint64_t left = 0;              ///< bytes of those that were not
+  };
   /// Removes the least recently used blobs, but none that any process has pinned, until those left
-  /// have at most `most` bytes. Gives the bytes that are left.
-  std::uint64_t evict(std::uint64_t most);
+  /// have at most `most` bytes.
+  Evicted evict(std::uint64_t most);
 
   // ---- a server's store: what nobody needs goes ----
   /// Marks those that are here as used now: what is there afterwards is not collected for as long
@@ -104,9 +109,8 @@ class BlobStore {
   std::optional<std::uint64_t> renew(const Digest& digest);
   /// Bytes of all blobs and partial uploads.
   [[nodiscard]] std::uint64_t bytes() const;
-  /// Removes the blobs that are not among `needed`, not pinned by any process, and were not used,
-  /// or uploaded, for this long. Gives the bytes that were removed.
-  std::uint64_t collect(const std::set<Digest>& needed, std::int64_t older_than_seconds);
+  /// The same of the blobs that are not among `needed`, and of uploads that broke off.
+  Evicted collect(const std::set<Digest>& needed, const EvictionRule& rule);
 
  private:
   struct State;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <mutex>
 #include <set>
 #include <span>
 #include <utility>
@@ -22,52 +23,78 @@ std::unique_ptr<BlobStore::Pin> BlobStore::pin(std::vector<Digest> digests) {
   return std::unique_ptr<Pin>(new Pin(*this, state_->pins.pin(std::move(digests))));
 }
 
-std::vector<BlobStore::State::Entry> BlobStore::State::entries() const {
-  std::vector<Entry> found;
-  for (const fs::directory_entry& folder_entry : fs::directory_iterator(folder)) {
-    const std::string begin = folder_entry.path().filename().string();
-    if (begin.size() != 2 || !folder_entry.is_directory()) continue;
-    for (const fs::directory_entry& file : fs::directory_iterator(folder_entry.path())) {
-      const auto digest = Digest::from_hex(begin + file.path().filename().string());
-      std::error_code error;
-      const std::uintmax_t size = file.file_size(error);
-      const auto used = file.last_write_time(error);
-      if (digest && !error) found.push_back({.used = used, .digest = *digest, .size = size});
-    }
+namespace {
+
+/// Adds the file if `name` is a digest.
+void add(std::vector<KeptBlob>& blobs, const fs::directory_entry& file, const std::string& name,
+         bool partial) {
+  const auto digest = Digest::from_hex(name);
+  std::error_code error;
+  const std::uintmax_t size = file.file_size(error);
+  const auto used = file.last_write_time(error);
+  if (digest && !error)
+    blobs.push_back({.used = used, .digest = *digest, .size = size, .partial = partial});
+}
+
+}  // namespace
+
+std::vector<KeptBlob> BlobStore::State::blobs() const {
+  std::vector<KeptBlob> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string begin = entry.path().filename().string();
+    if (begin.size() != 2 || !entry.is_directory()) continue;
+    for (const fs::directory_entry& file : fs::directory_iterator(entry.path()))
+      add(found, file, begin + file.path().filename().string(), false);
   }
   return found;
 }
 
-std::uint64_t BlobStore::State::remove_unused(std::span<const Entry> entries,
-                                              std::uint64_t enough) {
-  std::uint64_t removed = 0;
-  while (!entries.empty() && removed < enough) {
-    const auto held = pins.hold();  // nobody pins, or says that he uses one, meanwhile
-    const std::set<Digest> pinned = held.pinned();
-    const auto batch = entries.first(std::min(entries.size(), removed_at_once));
-    for (const Entry& entry : batch) {
-      if (removed >= enough) break;
-      if (pinned.contains(entry.digest)) continue;
-      std::error_code error;
-      // Used since it was listed: it stays.
-      if (fs::last_write_time(path(entry.digest), error) != entry.used || error) continue;
-      if (fs::remove(path(entry.digest), error)) removed += entry.size;
-    }
-    entries = entries.subspan(batch.size());
-  }
-  return removed;
+std::vector<KeptBlob> BlobStore::State::partials() const {
+  std::vector<KeptBlob> found;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder / "partial"))
+    add(found, file, file.path().filename().string(), true);
+  return found;
 }
 
-std::uint64_t BlobStore::evict(std::uint64_t most) {
-  using Entry = State::Entry;
-  std::vector<Entry> entries = state_->entries();
-  std::uint64_t total = 0;
-  for (const Entry& entry : entries) total += entry.size;
-  if (total <= most) return total;
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return std::pair(a.used, a.digest) < std::pair(b.used, b.digest);
-  });
-  return total - state_->remove_unused(entries, total - most);
+bool BlobStore::State::remove(const KeptBlob& blob) {
+  std::shared_ptr<std::mutex> uploading;
+  std::unique_lock<std::mutex> nobody_uploads;
+  if (blob.partial) {
+    uploading = mutex_of(blob.digest);
+    nobody_uploads = std::unique_lock(*uploading, std::try_to_lock);
+    if (!nobody_uploads) return false;
+  }
+  const fs::path file = blob.partial ? partial(blob.digest) : path(blob.digest);
+  std::error_code error;
+  if (fs::last_write_time(file, error) != blob.used || error) return false;
+  return fs::remove(file, error);
+}
+
+void BlobStore::State::remove_unused(std::span<const KeptBlob> going, Evicted& done) {
+  while (!going.empty()) {
+    const auto held = pins.hold();  // nobody pins, or says that he uses one, meanwhile
+    const std::set<Digest> pinned = held.pinned();
+    const auto batch = going.first(std::min(going.size(), removed_at_once));
+    for (const KeptBlob& blob : batch) {
+      if (pinned.contains(blob.digest) || !remove(blob)) continue;
+      ++done.blobs;
+      done.bytes += blob.size;
+    }
+    going = going.subspan(batch.size());
+  }
+}
+
+BlobStore::Evicted BlobStore::State::evict(std::vector<KeptBlob> kept, const EvictionRule& rule) {
+  const std::set<Digest> pinned = pins.hold().pinned();
+  const std::uint64_t total = assets::total_size(kept);
+  Evicted done;
+  remove_unused(to_evict(std::move(kept), pinned, rule), done);
+  done.left = total - done.bytes;
+  return done;
+}
+
+BlobStore::Evicted BlobStore::evict(std::uint64_t most) {
+  return state_->evict(state_->blobs(), {.most = most});
 }
 
 void BlobStore::touch(std::span<const Digest> digests) {
@@ -84,8 +111,7 @@ std::optional<std::uint64_t> BlobStore::renew(const Digest& digest) {
 }
 
 std::uint64_t BlobStore::bytes() const {
-  std::uint64_t total = 0;
-  for (const State::Entry& entry : state_->entries()) total += entry.size;
+  std::uint64_t total = assets::total_size(state_->blobs());
   for (const char* part : {"partial", "tmp"})
     for (const fs::directory_entry& entry : fs::directory_iterator(state_->folder / part)) {
       std::error_code error;
@@ -95,13 +121,11 @@ std::uint64_t BlobStore::bytes() const {
   return total;
 }
 
-std::uint64_t BlobStore::collect(const std::set<Digest>& needed, std::int64_t older_than_seconds) {
-  const auto limit = fs::file_time_type::clock::now() - std::chrono::seconds(older_than_seconds);
-  std::vector<State::Entry> entries = state_->entries();
-  std::erase_if(entries, [&](const State::Entry& entry) {
-    return entry.used > limit || needed.contains(entry.digest);
-  });
-  return state_->remove_unused(entries, UINT64_MAX);
+BlobStore::Evicted BlobStore::collect(const std::set<Digest>& needed, const EvictionRule& rule) {
+  std::vector<KeptBlob> kept = state_->blobs();
+  std::erase_if(kept, [&](const KeptBlob& blob) { return needed.contains(blob.digest); });
+  for (const KeptBlob& partial : state_->partials()) kept.push_back(partial);
+  return state_->evict(std::move(kept), rule);
 }
 
 }  // namespace tessera::assets

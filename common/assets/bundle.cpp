@@ -40,12 +40,19 @@ void check_path(std::string_view path) {
   }
 }
 
+void check_location(std::string_view path) {
+  if (path.empty() || path.front() != '/')
+    bad(path, "expected an absolute path as a file's location");
+  check_path(path.substr(1));
+}
+
 void check(const Bundle& bundle) {
   if (bundle.files.size() > limits::bundle_files)
     throw Error(ErrorKind::bad_input, fmt::format("a bundle has at most {} files, found {}",
                                                   limits::bundle_files, bundle.files.size()));
   for (const auto& [path, file] : bundle.files) {
     check_path(path);
+    if (!file.location.empty()) check_location(file.location);
     if (file.size > limits::blob_bytes)
       bad(path,
           fmt::format("a file has at most {} bytes, found {}", limits::blob_bytes, file.size));
@@ -65,8 +72,10 @@ void check(const Bundle& bundle) {
 
 std::string canonical_json(const Bundle& bundle) {
   Json files = Json::object();
-  for (const auto& [path, file] : bundle.files)
+  for (const auto& [path, file] : bundle.files) {
     files[path] = {{"sha256", file.digest.hex()}, {"size", file.size}};
+    if (!file.location.empty()) files[path]["location"] = file.location;
+  }
   const Json json = {{"version", 1}, {"scene", bundle.scene}, {"files", std::move(files)}};
   return json.dump();  // keys are kept sorted
 }
@@ -96,28 +105,40 @@ Bundle bundle_from_json(std::string_view text, std::string_view name) {
     if (!digest) file.fail("sha256", "expected a SHA-256 as 64 hexadecimal digits");
     const auto size = static_cast<std::uint64_t>(
         file.integer("size", 0, static_cast<std::int64_t>(limits::blob_bytes)));
+    std::string location;
+    if (file.optional("location") != nullptr) {
+      location = file.text("location");
+      check_location(location);
+    }
     file.finish();
-    bundle.files.emplace(path, BundleFile{.digest = *digest, .size = size});
+    bundle.files.emplace(path, BundleFile{*digest, size, std::move(location)});
   }
   in.finish();
   check(bundle);
   return bundle;
 }
 
-std::vector<Digest> digests_of(const Bundle& bundle) {
+std::vector<Digest> blobs_of(const Bundle& bundle) {
   std::vector<Digest> digests;
-  for (const auto& [path, file] : bundle.files) digests.push_back(file.digest);
+  for (const auto& [path, file] : bundle.files)
+    if (file.location.empty()) digests.push_back(file.digest);
   std::sort(digests.begin(), digests.end());
   digests.erase(std::unique(digests.begin(), digests.end()), digests.end());
   return digests;
 }
 
-std::uint64_t total_size(const Bundle& bundle) {
+namespace {
+std::uint64_t size_of(const Bundle& bundle, bool blobs_alone) {
   std::map<Digest, std::uint64_t> sizes;
-  for (const auto& [path, file] : bundle.files) sizes[file.digest] = file.size;
+  for (const auto& [path, file] : bundle.files)
+    if (!blobs_alone || file.location.empty()) sizes[file.digest] = file.size;
   std::uint64_t total = 0;
   for (const auto& [digest, size] : sizes) total += size;
   return total;
 }
+}  // namespace
+
+std::uint64_t total_size(const Bundle& bundle) { return size_of(bundle, false); }
+std::uint64_t blob_size(const Bundle& bundle) { return size_of(bundle, true); }
 
 }  // namespace tessera::assets

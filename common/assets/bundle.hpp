@@ -13,6 +13,8 @@ namespace tessera::assets {
 struct BundleFile {
   Digest digest;
   std::uint64_t size = 0;  ///< bytes
+  /// Where it lies on a disk that the machines share, an absolute path; empty: it is a blob.
+  std::string location = {};
   bool operator==(const BundleFile&) const = default;
 };
 
@@ -29,19 +31,23 @@ void check(const Bundle& bundle);
 /// Throws Error{bad_input} unless the path is relative, at most limits::bundle_path bytes, without
 /// empty parts, ".", "..", backslashes, control characters or a drive letter.
 void check_path(std::string_view path);
+/// The same of an absolute path, which must begin with "/".
+void check_location(std::string_view path);
 
 /// {"files":{PATH:{"sha256":…,"size":…},…},"scene":PATH,"version":1}, keys sorted, no blanks: the
-/// same bundle is always the same bytes.
+/// same bundle is always the same bytes. A file that is no blob has its "location" too.
 std::string canonical_json(const Bundle& bundle);
 /// SHA-256 of canonical_json: the name of the bundle, and of the blob that holds it.
 Digest digest_of_bundle(const Bundle& bundle);
 /// Reads and checks. `name` is what errors call the file.
 Bundle bundle_from_json(std::string_view text, std::string_view name = "bundle");
 
-/// The digests of all files, each once, sorted.
-std::vector<Digest> digests_of(const Bundle& bundle);
+/// The digests of the files that are blobs, each once, sorted.
+std::vector<Digest> blobs_of(const Bundle& bundle);
 /// Bytes of all files, each digest counted once.
 std::uint64_t total_size(const Bundle& bundle);
+/// Bytes of its blobs.
+std::uint64_t blob_size(const Bundle& bundle);
 
 /// Most bytes that a bundle's JSON may have.
 constexpr std::size_t bundle_json_most = 128U << 20;

@@ -136,6 +136,12 @@ Progress progress_from(ObjectReader& in) {
                                    .number = unsigned_in(one[1], 0, in, "running")},
                          .fraction = fraction_in(one[2], in, "running")});
   }
+  if (const Json* cache = in.optional("cache")) {
+    expect_array(*cache, 3, "what the cache holds as [bytes, most, evictions]", in, "cache");
+    m.cache = CacheUse{.bytes = unsigned_in((*cache)[0], 0, in, "cache"),
+                       .most = unsigned_in((*cache)[1], 0, in, "cache"),
+                       .evictions = unsigned_in((*cache)[2], 0, in, "cache")};
+  }
   return m;
 }
 

@@ -59,7 +59,9 @@ Json header_of(const Progress& m) {
   Json running = Json::array();
   for (const Progress::Running& one : m.running)
     running.push_back(Json::array({one.lease.epoch, one.lease.number, one.fraction}));
-  return {{"running", std::move(running)}};
+  Json json = {{"running", std::move(running)}};
+  if (m.cache) json["cache"] = Json::array({m.cache->bytes, m.cache->most, m.cache->evictions});
+  return json;
 }
 Json header_of(const Revoke& m) {
   Json leases = Json::array();

@@ -64,6 +64,13 @@ struct Ready {
   JobId job = 0;
 };
 
+/// What the folder holds in which a worker keeps scenes' files.
+struct CacheUse {
+  std::uint64_t bytes = 0;
+  std::uint64_t most = 0;       ///< bytes, beyond which the least recently used go
+  std::uint64_t evictions = 0;  ///< files that went, since the worker's start
+};
+
 /// W→C, the heartbeat: how far each running lease is.
 struct Progress {
   struct Running {
@@ -71,6 +78,7 @@ struct Progress {
     double fraction = 0;  ///< 0…1
   };
   std::vector<Running> running;
+  std::optional<CacheUse> cache;  ///< once it is known
 };
 
 /// C→W: do not render these any more. Without leases it only tells the worker's people why it is
@@ -112,9 +120,10 @@ struct Failed {
   JobId job = 0;
   std::optional<LeaseId> lease;  ///< lacking: the job's scene could not be built or fetched; all
                                  ///< its leases are given back
-  std::string code;              ///< "scene", "fetch", "memory", "render"
-  std::string reason;            ///< a sentence with the place
-  std::string log;               ///< the last lines of the worker's log; may be empty
+  std::string code;    ///< "scene", "fetch", "memory", "render"; "files": the job names files by
+                       ///< path that this worker cannot read, and others may
+  std::string reason;  ///< a sentence with the place
+  std::string log;     ///< the last lines of the worker's log; may be empty
 };
 
 /// C→W: finish what runs, deliver it and leave; W→C: please send nothing more, I shall leave.

@@ -56,6 +56,9 @@ struct CoordinatorCounters {
   std::uint64_t store_errors = 0;    ///< times that the disk refused results; they are tried again
   std::uint64_t workers_joined = 0;
   std::uint64_t workers_lost = 0;  ///< left without a word: died, fell silent, were dropped
+  /// Of the workers that are connected, as they last said.
+  std::uint64_t worker_cache_bytes = 0, worker_cache_most = 0;
+  std::uint64_t worker_cache_evictions = 0;  ///< … while they were connected
 };
 
 /// A job that was submitted.
@@ -91,7 +94,10 @@ struct StorageUse {
   std::uint64_t journal = 0;
   std::uint64_t checkpoints = 0;
   std::uint64_t blobs = 0;
-  std::uint64_t pictures = 0;               ///< final ones
+  std::uint64_t pictures = 0;                               ///< final ones
+  std::uint64_t blob_cache = 0;                             ///< of the blobs, what no job needs
+  std::uint64_t blob_cache_most = 0;                        ///< CoordinatorSettings::blob_cache
+  std::uint64_t blobs_evicted = 0, blob_bytes_evicted = 0;  ///< since the start
   std::uint64_t films = 0, films_most = 0;  ///< those too that are on their way to disk
   std::uint64_t disk_most = 0;              ///< CoordinatorSettings::disk_limit
   std::uint64_t disk_free = 0;              ///< on the data folder's file system
@@ -146,8 +152,11 @@ struct CoordinatorSettings {
   std::uint64_t disk_limit = 0;
   /// … and so many bytes of the file system are left to the jobs that are here.
   std::uint64_t disk_reserve = 1 * limits::GiB;
-  /// A blob that no job names stays at least so long after it was last used or uploaded.
-  Duration blob_grace = std::chrono::hours(24);
+  /// Bytes of blobs that no job needs, and of uploads that broke off, beyond which the least
+  /// recently used go; none of them where the disk is short of room.
+  std::uint64_t blob_cache = 10 * limits::GiB;
+  /// … but a blob stays at least so long after it was last used or uploaded.
+  Duration blob_grace = std::chrono::hours(6);
   /// Who extends or removes a job waits so long for what is under way with it.
   Duration patience = std::chrono::seconds(20);
   Duration upkeep = std::chrono::seconds(5);  ///< between two looks at all that

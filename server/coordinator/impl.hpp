@@ -93,6 +93,7 @@ class CoordinatorImpl : public Coordinator {
     WorkerInfo info;
     std::shared_ptr<WorkerLink> link;
     std::set<JobId> told;  ///< jobs whose spec was sent over this connection
+    std::optional<wire::CacheUse> cache;
   };
 
   [[nodiscard]] AtWork at_work(JobId job) { return {alive_, known(job), files_changed_}; }

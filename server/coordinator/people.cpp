@@ -32,7 +32,7 @@ Pins check_assets(assets::BlobStore& blobs, const Digest& bundle) {
                 {.key = "bundle"});
   const assets::Bundle files = assets::bundle_from_json(
       blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
-  const std::vector<Digest> named = assets::digests_of(files);
+  const std::vector<Digest> named = assets::blobs_of(files);
   pins.push_back(blobs.pin(named));
   const std::vector<Digest> missing = blobs.missing(named);
   if (missing.empty()) return pins;

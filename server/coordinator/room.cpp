@@ -17,6 +17,7 @@ constexpr std::uint64_t looks_per_walk = 12;         // with the usual pause: a 
 constexpr std::uint64_t looks_per_collection = 120;  // ten
 constexpr std::int64_t upload_age = 7 * 24 * 3600;   // seconds
 constexpr std::int64_t upload_age_when_full = 3600;
+constexpr Duration grace_when_full = std::chrono::hours(1);
 
 std::uint64_t bytes_below(const fs::path& folder) {
   std::uint64_t total = 0;
@@ -36,7 +37,7 @@ void add_needed(const assets::BlobStore& blobs, const Digest& bundle, std::set<D
   if (!blobs.has(bundle)) return;
   const assets::Bundle files = assets::bundle_from_json(
       blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
-  for (const Digest& digest : assets::digests_of(files)) needed.insert(digest);
+  for (const Digest& digest : assets::blobs_of(files)) needed.insert(digest);
 }
 
 }  // namespace
@@ -52,6 +53,7 @@ StorageUse CoordinatorImpl::storage() const {
   use.films = films_.memory() + settling_.used();
   use.films_most = settings_.film_memory;
   use.disk_most = settings_.disk_limit;
+  use.blob_cache_most = settings_.blob_cache;
   return use;
 }
 
@@ -103,21 +105,32 @@ boost::asio::awaitable<void> CoordinatorImpl::collect_blobs() {
   for (const auto& [id, job] : jobs_)
     if (job.record.state != "failed" && job.record.state != "cancelled")
       bundles.insert(job.record.spec.bundle);
-  const auto grace = std::chrono::duration_cast<std::chrono::seconds>(settings_.blob_grace).count();
-  const std::function<std::uint64_t()> collect = [this, bundles, grace] {
+  const bool short_of_room = !lacks_room(0).empty();
+  const Duration grace =
+      short_of_room ? std::min(settings_.blob_grace, grace_when_full) : settings_.blob_grace;
+  const std::uint64_t most = short_of_room ? 0 : settings_.blob_cache;
+  using Evicted = assets::BlobStore::Evicted;
+  const std::function<Evicted()> collect = [this, bundles, grace, most] {
     std::set<Digest> needed;
     for (const Digest& bundle : bundles) add_needed(blobs_, bundle, needed);
-    return blobs_.collect(needed, grace);
+    using FileTime = std::filesystem::file_time_type;
+    const FileTime young =
+        FileTime::clock::now() - std::chrono::duration_cast<FileTime::duration>(grace);
+    return blobs_.collect(needed, {.most = most, .young = young});
   };
   // An upload that broke off may go on; where room is short it has an hour for that.
-  const std::int64_t age = lacks_room(0).empty() ? upload_age : upload_age_when_full;
+  const std::int64_t age = short_of_room ? upload_age_when_full : upload_age;
   const std::function<char()> forget = [this, age] {
     blobs_.remove_partials(age);
     return char{};
   };
   try {
-    const std::uint64_t removed = co_await on<std::uint64_t>(upkeep_, collect);
-    if (removed > 0) log::info("{} of blobs that no job needs are removed", bytes_text(removed));
+    const Evicted evicted = co_await on<Evicted>(upkeep_, collect);
+    measured_.blob_cache = evicted.left;
+    measured_.blobs_evicted += evicted.blobs;
+    measured_.blob_bytes_evicted += evicted.bytes;
+    if (evicted.blobs > 0)
+      log::info("{} of blobs that no job needs are removed", bytes_text(evicted.bytes));
   } catch (const std::exception& error) {
     log::warn("blobs that no job needs could not be removed: {}", error.what());
   }

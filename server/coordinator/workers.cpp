@@ -68,9 +68,24 @@ void CoordinatorImpl::worker_heard(WorkerId worker) { scheduler_.worker_heard(wo
 
 void CoordinatorImpl::excuse_worker(WorkerId worker) { scheduler_.excuse_worker(worker, now()); }
 
+namespace {
+/// What one worker says of its cache, or nothing when it leaves, in what is counted of all.
+void count(CoordinatorCounters& all, std::optional<wire::CacheUse>& known,
+           const std::optional<wire::CacheUse>& now) {
+  const wire::CacheUse before = known.value_or(wire::CacheUse()),
+                       after = now.value_or(wire::CacheUse());
+  all.worker_cache_bytes += after.bytes - before.bytes;
+  all.worker_cache_most += after.most - before.most;
+  if (known && now && after.evictions > before.evictions)
+    all.worker_cache_evictions += after.evictions - before.evictions;
+  known = now;
+}
+}  // namespace
+
 void CoordinatorImpl::worker_left(WorkerId worker, bool clean) {
   const auto found = workers_.find(worker);
   if (found == workers_.end()) return;
+  count(counters_, found->second.cache, std::nullopt);
   const std::string name = found->second.info.name;
   workers_.erase(found);
   if (!clean) ++counters_.workers_lost;
@@ -98,10 +113,13 @@ void CoordinatorImpl::worker_said(WorkerId worker, wire::Message message) {
     std::vector<std::pair<LeaseId, double>> running;
     running.reserve(progress->running.size());
     for (const auto& one : progress->running) running.emplace_back(one.lease, one.fraction);
+    if (progress->cache) count(counters_, workers_.at(worker).cache, progress->cache);
     perform(scheduler_.worker_progress(worker, running, now()));
   } else if (const auto* failed = std::get_if<wire::Failed>(&message)) {
     Actions actions =
-        scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now());
+        failed->code == "files"
+            ? scheduler_.worker_lacks_files(worker, failed->job, failed->reason, now())
+            : scheduler_.worker_failed(worker, failed->job, failed->lease, failed->reason, now());
     // The worker's own log goes with what it said, which is the first of these.
     const auto said = std::find_if(actions.begin(), actions.end(), [](const Action& action) {
       return std::holds_alternative<AttemptFailed>(action);

@@ -114,6 +114,15 @@ void write_counters(Writer& out, const CoordinatorCounters& counters) {
              "Times that the disk refused results; they are tried again.", counters.store_errors);
   out.single("workers_joined_total", "counter", "Workers that connected and were welcomed.",
              counters.workers_joined);
+  out.single("worker_cache_bytes", "gauge",
+             "Bytes that the caches of all connected workers hold; a folder that several share "
+             "counts for each.",
+             counters.worker_cache_bytes);
+  out.single("worker_cache_limit_bytes", "gauge", "The most that they may hold.",
+             counters.worker_cache_most);
+  out.single("worker_cache_evictions_total", "counter",
+             "Files that workers forgot, those used longest ago first.",
+             counters.worker_cache_evictions);
   out.single("workers_lost_total", "counter", "Workers whose connection ended without a word.",
              counters.workers_lost);
 }
@@ -128,6 +137,15 @@ void write_storage(Writer& out, const StorageUse& storage) {
              "Beyond so many of these nothing new is taken; 0: no limit.", storage.disk_most);
   out.single("storage_free_bytes", "gauge", "Bytes free on the data folder's file system.",
              storage.disk_free);
+  out.single("blob_cache_bytes", "gauge",
+             "Of the blobs, those that no job needs, and uploads that broke off.",
+             storage.blob_cache);
+  out.single("blob_cache_limit_bytes", "gauge",
+             "Beyond so many of them the least recently used go.", storage.blob_cache_most);
+  out.single("blob_cache_evictions_total", "counter", "Blobs of them that were removed.",
+             storage.blobs_evicted);
+  out.single("blob_cache_evicted_bytes_total", "counter", "Their bytes.",
+             storage.blob_bytes_evicted);
   out.single("film_memory_bytes", "gauge", "Memory of the films of unfinished frames.",
              storage.films);
   out.single("film_memory_limit_bytes", "gauge", "The most that they may take.",

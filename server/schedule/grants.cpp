@@ -17,7 +17,8 @@ constexpr Duration settling = std::chrono::seconds(10);
 
 bool Scheduler::State::able(const JobEntry& job, const WorkerEntry& worker) const {
   return job.state == JobEntry::State::open && job.takes(worker.info.build_id) &&
-         !job.unable.contains(worker.info.identity);
+         !job.unable.contains(worker.info.identity) &&
+         !job.without_files.contains(worker.info.identity);
 }
 
 bool Scheduler::State::eligible(const JobEntry& job, const WorkerEntry& worker) const {

@@ -46,6 +46,8 @@ struct JobEntry {
   // Looked up, never walked through: its order is not determined.
   std::unordered_map<TaskId, LeaseId> journaling;
 
+  std::set<std::string> without_files;  // identities that cannot read what it names by path
+  std::string without_files_reason;     // the last
   std::set<std::string> unable;  // identities that could not prepare it and are not asked again
   std::set<std::string> unable_names;  // of workers that could not, since a worker was ready
   int unable_times = 0;                // … how often

@@ -56,14 +56,25 @@ void Scheduler::State::judge_preparation(JobEntry& job, const std::string& reaso
   }
 }
 
-void Scheduler::State::could_not_prepare(WorkerEntry& worker, JobEntry& job,
-                                         const std::string& reason, Instant now, Actions& actions) {
+std::vector<HeldLease> Scheduler::State::end_all(WorkerEntry& worker, const JobEntry& job) {
   std::vector<HeldLease> given_back;
   for (auto held = worker.leases.begin(); held != worker.leases.end();) {
     const std::uint64_t number = (held++)->first;
     if (worker.leases.at(number).job == job.id) given_back.push_back(end_lease(worker, number));
   }
   worker.parts.erase(job.id);
+  return given_back;
+}
+
+void Scheduler::State::lacks_files(WorkerEntry& worker, JobEntry& job, const std::string& reason) {
+  job.without_files.insert(worker.info.identity);
+  job.without_files_reason = reason;
+  for (const HeldLease& held : end_all(worker, job)) put_back(job, held.task);
+}
+
+void Scheduler::State::could_not_prepare(WorkerEntry& worker, JobEntry& job,
+                                         const std::string& reason, Instant now, Actions& actions) {
+  const std::vector<HeldLease> given_back = end_all(worker, job);
   job.unable.insert(worker.info.identity);
   job.unable_names.insert(worker.info.name);
   ++job.unable_times;
@@ -109,6 +120,21 @@ void Scheduler::State::still_hangs(WorkerEntry& worker, Instant now, Actions& ac
   entry->unable_names.insert(worker.info.name);
   ++entry->unable_times;
   judge_preparation(*entry, entry->unable_reason, actions);
+}
+
+Actions Scheduler::worker_lacks_files(WorkerId worker, JobId job, const std::string& reason,
+                                      Instant now) {
+  Actions actions;
+  WorkerEntry* entry = state_->worker(worker);
+  if (entry == nullptr) return actions;
+  entry->heard = now;
+  JobEntry* lacked = state_->live_job(job);
+  if (lacked != nullptr && entry->parts.contains(job)) {
+    actions.emplace_back(preparation_failed(*entry, job, AttemptFailed::Outcome::failed, reason));
+    state_->lacks_files(*entry, *lacked, reason);
+  }
+  state_->settle(now, actions);
+  return actions;
 }
 
 }  // namespace tessera::server

@@ -128,6 +128,9 @@ class Scheduler {
   /// are given back.
   Actions worker_failed(WorkerId worker, JobId job, std::optional<LeaseId> lease,
                         const std::string& reason, Instant now);
+  /// The job names files by path that this worker cannot read: its leases of it are given back, and
+  /// it is granted none until it comes back as another process. Nothing is held against the job.
+  Actions worker_lacks_files(WorkerId worker, JobId job, const std::string& reason, Instant now);
   /// Grants it no more; it finishes what it holds, and leaves.
   Actions drain_worker(WorkerId worker, Instant now);
   /// Grants workers of this name no more, those too that come later, until they are released; the

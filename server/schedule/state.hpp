@@ -174,6 +174,9 @@ struct Scheduler::State {
   /// fewer than still try; or all that are here, again and again.
   void judge_preparation(JobEntry& job, const std::string& reason, Actions& actions);
   /// All its leases of the job are given back, and it is not asked again while others are there.
+  /// Ends the worker's leases of the job, and its part in it; gives what they were.
+  std::vector<HeldLease> end_all(WorkerEntry& worker, const JobEntry& job);
+  void lacks_files(WorkerEntry& worker, JobEntry& job, const std::string& reason);
   void could_not_prepare(WorkerEntry& worker, JobEntry& job, const std::string& reason, Instant now,
                          Actions& actions);
   /// Its preparation does not get on.

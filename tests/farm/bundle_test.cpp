@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -121,6 +122,41 @@ TEST(Bundle, a_large_scene_goes_through_client_and_coordinator_in_little_memory)
   EXPECT_GT(client, 0);
   EXPECT_LT(client, 100);
   EXPECT_LT(farm.server().peak_memory(), 100);
+}
+
+std::size_t times(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+    ++count;
+  return count;
+}
+
+TEST(Bundle, a_worker_fetches_and_builds_a_scene_once_whatever_the_number_of_tasks) {
+  Farm farm;
+  farm.add_worker();
+  const LargeScene scene(farm.folder().path(), {.pictures = 2, .side = 256});
+  const std::vector<std::string> many{"--size", "64x64", "--tile", "16", "--samples", "16"};
+  const std::string first = farm.submit(scene.file(), many);
+  farm.finish(first);
+  EXPECT_GE(farm.job(first).at("tasks"), 16 * 3);
+  EXPECT_EQ(times(farm.workers()[0].errors(), "scene built"), 1U) << farm.logs();
+  farm.finish(farm.submit(scene.file(), many));
+  EXPECT_EQ(times(farm.workers()[0].errors(), "scene built"), 1U) << "of the next job as well";
+}
+
+TEST(Bundle, a_workers_cache_keeps_to_its_limit_and_the_farm_says_what_it_holds) {
+  Farm farm;
+  farm.add_worker(1, {}, {"--cache-size", "0.002"});  // GiB: 2.1 MB
+  std::vector<LargeScene> scenes;
+  for (int i = 0; i < 3; ++i) {
+    scenes.emplace_back(farm.folder() / std::to_string(i),
+                        LargeSceneSettings{.pictures = i + 1, .side = 512});
+    farm.finish(farm.submit(scenes.back().file(), {}));
+  }
+  // Two scenes are kept ready, and what they read is pinned: other files went.
+  EXPECT_TRUE(wait_for([&] { return farm.metric("tessera_worker_cache_evictions_total") > 0; }));
+  EXPECT_GT(farm.metric("tessera_worker_cache_bytes"), 0);
+  EXPECT_NEAR(farm.metric("tessera_worker_cache_limit_bytes"), 0.002 * (1 << 30), 1);
 }
 
 }  // namespace

@@ -60,15 +60,21 @@ void Farm::kill_server_and_its_successor_after(Seconds wait) {
 Process Farm::start_worker(std::size_t number) const {
   const WorkerFlags& flags = worker_flags_.at(number);
   const std::string name = "worker-" + std::to_string(number);
-  return Process(
-      {(programs() / "tessera-worker").string(), "--server",
-       flags.server.empty() ? listen_ : flags.server, "--threads", std::to_string(flags.threads),
-       "--name", name, "--cache", (folder_ / name).string()},
-      folder_ / name);
+  std::vector<std::string> command{(programs() / "tessera-worker").string(),
+                                   "--server",
+                                   flags.server.empty() ? listen_ : flags.server,
+                                   "--threads",
+                                   std::to_string(flags.threads),
+                                   "--name",
+                                   name,
+                                   "--cache",
+                                   (folder_ / name).string()};
+  command.insert(command.end(), flags.more.begin(), flags.more.end());
+  return Process(std::move(command), folder_ / name);
 }
 
-Process& Farm::add_worker(int threads, const std::string& server) {
-  worker_flags_.push_back({threads, server});
+Process& Farm::add_worker(int threads, const std::string& server, std::vector<std::string> flags) {
+  worker_flags_.push_back({threads, server, std::move(flags)});
   workers_.push_back(start_worker(workers_.size()));
   return workers_.back();
 }

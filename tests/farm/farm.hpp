@@ -22,8 +22,10 @@ class Farm {
   /// Starts a coordinator on ports that the system picks, over a data folder of its own.
   explicit Farm(FarmSettings settings = {});
 
-  /// Starts a worker; several are told apart by their number, from 0.
-  Process& add_worker(int threads = 1, const std::string& server = {});
+  /// Starts a worker; several are told apart by their number, from 0. `flags`: more of its command
+  /// line.
+  Process& add_worker(int threads = 1, const std::string& server = {},
+                      std::vector<std::string> flags = {});
   [[nodiscard]] std::vector<Process>& workers() { return workers_; }
   [[nodiscard]] Process& server() { return server_; }
 
@@ -80,6 +82,7 @@ class Farm {
   struct WorkerFlags {
     int threads = 1;
     std::string server;
+    std::vector<std::string> more;
   };
   std::vector<WorkerFlags> worker_flags_;
   int starts_ = 0;

@@ -108,6 +108,9 @@ void Agent::Impl::start_threads() {
       },
       [hand_over](double fraction) {
         hand_over([fraction](Impl& self) { self.state.prepare_progress(fraction); });
+      },
+      [hand_over](const wire::CacheUse& use) {
+        hand_over([use](Impl& self) { self.state.cache_is(use); });
       });
 }
 

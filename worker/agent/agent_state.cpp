@@ -73,6 +73,7 @@ void AgentState::tick(Instant now) {
     // Revoked or not: its thread is not free before it ends.
     if (held.of_this_connection)
       progress.running.push_back({.lease = lease, .fraction = held.fraction});
+  progress.cache = cache_;
   say(std::move(progress));
   // Wanted or not: the thread that builds it is not free before it ends.
   if (preparing_ && !wanted(*preparing_))

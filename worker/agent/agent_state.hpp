@@ -90,6 +90,7 @@ class AgentState {
 
   // ---- what was done ----
   void prepare_progress(double fraction) { prepare_fraction_ = fraction; }
+  void cache_is(const wire::CacheUse& use) { cache_ = use; }
   void prepared(std::shared_ptr<const PreparedScene> scene);
   /// Given up because it was unwanted; or wanted again meanwhile: then it is begun anew.
   void prepare_stopped();
@@ -162,6 +163,7 @@ class AgentState {
   std::map<JobKey, Job> jobs_;
   std::optional<JobKey> preparing_;
   double prepare_fraction_ = 0;
+  std::optional<wire::CacheUse> cache_;
   std::map<std::uint64_t, Held> queued_;  ///< in the order assigned
   std::map<LeaseId, std::uint64_t> queued_at_;
   std::map<LeaseId, Held> running_;

@@ -24,11 +24,13 @@ class PinnedScene : public PreparedScene {
 };
 }  // namespace
 
-Preparer::Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress)
+Preparer::Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress,
+                   OnCache on_cache)
     : renderer_(renderer),
       fetcher_(fetcher),
       on_end_(std::move(on_end)),
       on_progress_(std::move(on_progress)),
+      on_cache_(std::move(on_cache)),
       thread_([this] { work(); }) {}
 
 Preparer::~Preparer() {
@@ -56,6 +58,12 @@ void Preparer::stop() {
 }
 
 void Preparer::work() {
+  try {
+    fetcher_.tidy();
+  } catch (const std::exception& error) {
+    log::warn("the cache cannot be tidied: {}", error.what());
+  }
+  on_cache_(fetcher_.cache());
   std::unique_lock lock(mutex_);
   while (true) {
     wake_.wait(lock, [this] { return next_.has_value() || ending_; });
@@ -64,6 +72,7 @@ void Preparer::work() {
     const std::stop_token stop = stop_.get_token();
     lock.unlock();
     PrepareEnd end = prepare(order, stop);
+    on_cache_(fetcher_.cache());
     on_end_(std::move(end));
     lock.lock();
   }
@@ -74,6 +83,9 @@ PrepareEnd Preparer::prepare(const PrepareOrder& order, const std::stop_token& s
   PrepareEnd end;
   try {
     end.scene = build(order, stop, step);
+  } catch (const FileNotHere& error) {
+    end.code = "files";
+    end.reason = error.what();
   } catch (const std::bad_alloc&) {
     end.code = "memory";
     end.reason = "there is not enough memory to build the scene";
@@ -106,6 +118,7 @@ std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
       fetched->bundle, fetched->files,
       [this](double fraction) { on_progress_(0.5 + 0.5 * fraction); }, stop);
   if (!scene) return nullptr;
+  for (const SharedFile& file : fetched->shared) file.check_unchanged();
   renderer_.check(*scene, spec);
   log::info("job {}: {} files fetched in {:.3f} s, scene built in {:.3f} s", order.job.first,
             fetched->files.size(), seconds(fetched_at - began),

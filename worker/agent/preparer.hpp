@@ -19,7 +19,7 @@ namespace tessera::agent {
 /// How a scene's preparation ended: with a scene, a failure, or neither where it was stopped.
 struct PrepareEnd {
   std::shared_ptr<const PreparedScene> scene;
-  std::string code;  ///< "fetch", "scene" or "memory"; empty: no failure
+  std::string code;  ///< "fetch", "files", "scene" or "memory"; empty: no failure
   std::string reason;
 };
 
@@ -28,7 +28,10 @@ struct PrepareEnd {
 class Preparer {
  public:
   using OnEnd = std::function<void(PrepareEnd)>;
-  Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress);
+  using OnCache = std::function<void(const wire::CacheUse&)>;
+  /// `on_cache` is told at the start and after each preparation.
+  Preparer(TaskRenderer& renderer, Fetcher& fetcher, OnEnd on_end, Fraction on_progress,
+           OnCache on_cache);
   /// Stops, and waits.
   ~Preparer();
   Preparer(const Preparer&) = delete;
@@ -48,6 +51,7 @@ class Preparer {
   Fetcher& fetcher_;
   OnEnd on_end_;
   Fraction on_progress_;
+  OnCache on_cache_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool ending_ = false;

@@ -54,7 +54,7 @@ class AgentTest : public testing::Test {
     made.token = "join";
     made.name = "tester";
     made.cache = folder;
-    made.fetch.first_wait = 1ms;
+    made.fetch.patience.first_wait = 1ms;
     made.state.backoff_first = 5ms;
     made.state.backoff_most = 20ms;
     made.drain_wait = 300ms;

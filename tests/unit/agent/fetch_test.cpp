@@ -29,7 +29,7 @@ class FetchTest : public testing::Test {
   std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / ("fetch-" + random_hex(6));
   assets::BlobStore cache{folder, false};
-  FetchSettings settings{.tries = 3, .first_wait = 1ms};
+  FetchSettings settings{.patience = {.tries = 3, .first_wait = 1ms}};
   Fetcher fetcher{cache, settings};
   BlobServer server;
   std::vector<double> fractions;
@@ -154,6 +154,25 @@ TEST_F(FetchTest, a_stop_ends_it_without_an_error) {
   std::stop_source source;
   source.request_stop();
   EXPECT_FALSE(fetch(bundle, "blobs", source.get_token()));
+}
+
+TEST_F(FetchTest, room_is_made_before_anything_comes_and_the_oldest_go) {
+  const auto made = [&](char letter) {
+    return server.add_scene(std::string(1000, letter), std::string(4000, letter));
+  };
+  settings.cache_bytes = 12'000;
+  Fetcher small(cache, settings);
+  const auto fetch_and_forget = [&](const Digest& bundle) {
+    small.fetch(bundle, server.url(), "blobs", [](double) {}, {});
+    return cache.bytes();
+  };
+  const Digest first = made('1'), second = made('2'), third = made('3');
+  fetch_and_forget(first);
+  EXPECT_GT(fetch_and_forget(second), 10'000U) << "there is room for two";
+  fetch_and_forget(first);
+  EXPECT_LE(fetch_and_forget(third), 12'000U);
+  EXPECT_TRUE(cache.has(digest_of(std::string(4000, '1'))));
+  EXPECT_FALSE(cache.has(digest_of(std::string(4000, '2')))) << "it was used longest ago";
 }
 
 TEST_F(FetchTest, what_is_fetched_stays_as_long_as_it_is_held) {

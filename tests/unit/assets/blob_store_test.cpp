@@ -44,6 +44,9 @@ class BlobStoreTest : public testing::Test {
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(where)) ++count;
     return count;
   }
+  static EvictionRule unused_for(int seconds) {
+    return {.young = fs::file_time_type::clock::now() - std::chrono::seconds(seconds)};
+  }
   void used_ago(const Digest& digest, int seconds) {
     fs::last_write_time(store.path(digest),
                         fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
@@ -187,8 +190,8 @@ TEST_F(BlobStoreTest, the_least_recently_used_go_first_and_only_as_many_as_must)
   for (char c = 'a'; c < 'e'; ++c) blobs.push_back(store.put(bytes_of(std::string(100, c))));
   for (int i = 0; i < 4; ++i) used_ago(blobs[static_cast<std::size_t>(i)], 100 - i);
   store.pin({blobs[0]}).reset();  // a pin counts as use
-  EXPECT_EQ(store.evict(400), 400U);
-  EXPECT_EQ(store.evict(250), 200U);
+  EXPECT_EQ(store.evict(400).left, 400U);
+  EXPECT_EQ(store.evict(250).left, 200U);
   EXPECT_TRUE(store.has(blobs[0]));
   EXPECT_FALSE(store.has(blobs[1]));
   EXPECT_FALSE(store.has(blobs[2]));
@@ -199,12 +202,12 @@ TEST_F(BlobStoreTest, pinned_blobs_are_never_evicted_not_even_by_another_store) 
   const Digest pinned = store.put(bytes_of("pinned")), loose = store.put(bytes_of("loose"));
   auto pin = store.pin({pinned});
   BlobStore other(folder, false);
-  EXPECT_EQ(other.evict(0), 6U);
+  EXPECT_EQ(other.evict(0).left, 6U);
   EXPECT_TRUE(store.has(pinned));
   EXPECT_FALSE(store.has(loose));
-  EXPECT_EQ(store.evict(0), 6U);
+  EXPECT_EQ(store.evict(0).left, 6U);
   pin.reset();
-  EXPECT_EQ(other.evict(0), 0U);
+  EXPECT_EQ(other.evict(0).left, 0U);
   EXPECT_FALSE(store.has(pinned));
 }
 
@@ -212,7 +215,7 @@ TEST_F(BlobStoreTest, pins_of_a_process_that_died_hold_nothing) {
   const Digest digest = store.put(bytes_of("blob"));
   // What a killed process leaves: its file of pins, whose lock is free.
   std::ofstream(folder / "pins" / "0123456789abcdef") << digest.hex() << '\n';
-  EXPECT_EQ(store.evict(0), 0U);
+  EXPECT_EQ(store.evict(0).left, 0U);
   EXPECT_EQ(files_in(folder / "pins"), 0U);
 }
 
@@ -227,7 +230,7 @@ TEST_F(BlobStoreTest, what_is_uploaded_again_or_made_whole_late_counts_as_new) {
   EXPECT_EQ(store.renew(digest_of("nothing")), std::nullopt);
   store.put(bytes_of("sent"));
   store.finish(late);
-  EXPECT_EQ(store.collect({}, 3600), 3U);
+  EXPECT_EQ(store.collect({}, unused_for(3600)).bytes, 3U);
   EXPECT_FALSE(store.has(old));
   for (const Digest& digest : {again, late, sent}) EXPECT_TRUE(store.has(digest));
 }
@@ -237,9 +240,30 @@ TEST_F(BlobStoreTest, many_are_collected_but_none_that_is_needed_or_pinned) {
   for (int i = 0; i < 300; ++i) blobs.push_back(store.put(bytes_of("blob " + std::to_string(i))));
   const auto pin = store.pin({blobs[7]});
   for (const Digest& digest : blobs) used_ago(digest, 7200);
-  store.collect({blobs[11], blobs[299]}, 3600);
+  EXPECT_EQ(store.collect({blobs[11], blobs[299]}, unused_for(3600)).blobs, 297U);
   for (std::size_t i = 0; i < blobs.size(); ++i)
     EXPECT_EQ(store.has(blobs[i]), i == 7 || i == 11 || i == 299) << i;
+}
+
+TEST_F(BlobStoreTest, uploads_that_broke_off_are_collected_with_what_nobody_needs) {
+  const Digest blob = store.put(bytes_of(std::string(100, 'b')));
+  const Digest upload = digest_of("upload"), young = digest_of("young");
+  store.append(upload, 0, bytes_of("uplo"));
+  store.append(young, 0, bytes_of("you"));
+  used_ago(blob, 7200);
+  fs::last_write_time(folder / "partial" / upload.hex(),
+                      fs::file_time_type::clock::now() - std::chrono::hours(3));
+  EvictionRule rule = unused_for(3600);
+  rule.most = 103;
+  const BlobStore::Evicted evicted = store.collect({}, rule);
+  EXPECT_EQ(evicted.blobs, 1U);
+  EXPECT_EQ(evicted.bytes, 4U);
+  EXPECT_EQ(evicted.left, 103U);
+  EXPECT_EQ(store.partial_size(upload), 0U);
+  EXPECT_EQ(store.partial_size(young), 3U);
+  rule.most = 0;
+  EXPECT_EQ(store.collect({blob}, rule).left, 3U) << "what is needed is not counted";
+  EXPECT_TRUE(store.has(blob));
 }
 
 TEST_F(BlobStoreTest, a_folder_that_cannot_be_made_is_named) {

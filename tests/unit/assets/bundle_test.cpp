@@ -41,14 +41,29 @@ TEST(Bundle, its_json_is_always_the_same_bytes) {
 TEST(Bundle, it_comes_back_from_its_json) {
   EXPECT_EQ(bundle_from_json(canonical_json(sample())), sample());
   EXPECT_EQ(total_size(sample()), 6U);
-  EXPECT_EQ(digests_of(sample()).size(), 2U);
+  EXPECT_EQ(blobs_of(sample()).size(), 2U);
 }
 
 TEST(Bundle, files_of_one_content_count_once) {
   Bundle bundle = sample();
   bundle.files["copy.obj"] = bundle.files["meshes/b.obj"];
   EXPECT_EQ(total_size(bundle), 6U);
-  EXPECT_EQ(digests_of(bundle).size(), 2U);
+  EXPECT_EQ(blobs_of(bundle).size(), 2U);
+}
+
+TEST(Bundle, a_file_that_is_named_by_path_is_no_blob) {
+  Bundle bundle = sample();
+  bundle.files["meshes/b.obj"].location = "/mnt/show/b.obj";
+  EXPECT_EQ(bundle_from_json(canonical_json(bundle)), bundle);
+  EXPECT_NE(digest_of_bundle(bundle), digest_of_bundle(sample()));
+  EXPECT_EQ(blobs_of(bundle), std::vector<Digest>{digest_of("scene")});
+  EXPECT_EQ(total_size(bundle), 6U);
+  EXPECT_EQ(blob_size(bundle), 5U);
+  for (const std::string location : {"", "b.obj", "/", "/mnt/../etc/b", "/mnt//b", "/mnt/./b"}) {
+    std::string json = canonical_json(bundle);
+    json.replace(json.find("/mnt/show/b.obj"), 15, location);
+    EXPECT_THAT(error_of(json), testing::Ne("taken")) << location;
+  }
 }
 
 TEST(Bundle, paths_that_lead_elsewhere_are_refused) {

@@ -33,6 +33,33 @@ TEST(Prepare, another_mesh_is_another_bundle) {
   EXPECT_NE(prepare(options).spec.bundle, before);
 }
 
+TEST(Prepare, by_path_each_file_is_named_where_it_lies_as_its_folder_was_named) {
+  const TemporaryFolder folder;
+  folder.write("show/meshes/a.obj", small_mesh);
+  folder.write("show/ball.json", small_scene);
+  std::filesystem::create_directory_symlink(folder / "show", folder / "mnt");
+  JobOptions options;
+  options.scene = folder / "mnt" / ".." / "mnt" / "ball.json";
+  options.by_path = true;
+  const PreparedJob job = prepare(options);
+  const assets::BundleFile& mesh = job.assets.bundle.files.at("meshes/a.obj");
+  EXPECT_EQ(mesh.location, (folder / "mnt" / "meshes" / "a.obj").string());
+  EXPECT_EQ(mesh.digest, digest_of(small_mesh));
+  EXPECT_TRUE(assets::blobs_of(job.assets.bundle).empty());
+}
+
+TEST(Prepare, by_path_what_is_in_memory_alone_goes_over_all_the_same) {
+  const TemporaryFolder folder;
+  folder.write("meshes/a.obj", small_mesh);
+  JobOptions options;
+  options.scene = folder.write("ball.json", small_scene);
+  options.overrides.environment = "1,1,1";
+  options.by_path = true;
+  const PreparedJob job = prepare(options);
+  EXPECT_EQ(job.assets.bundle.files.at(job.assets.bundle.scene).location, "");
+  EXPECT_NE(job.assets.bundle.files.at("meshes/a.obj").location, "");
+}
+
 TEST(Prepare, a_scene_that_is_not_there_is_bad_input) {
   JobOptions options;
   options.scene = "/nowhere/ball.json";

@@ -172,7 +172,7 @@ TEST(Overall, what_is_waited_for_is_said_while_nothing_renders) {
 TEST(Upload, what_was_sent_is_said_and_that_nothing_was) {
   EXPECT_EQ(sent_text(2, 1'250'000, 3'000'000), "sent 1.25 MB in 2 files, of a scene of 3.00 MB");
   EXPECT_EQ(sent_text(1, 200, 300), "sent 200B in 1 file, of a scene of 300B");
-  EXPECT_EQ(sent_text(0, 0, 3'000'000), "nothing to send: the server has all 3.00 MB of the scene");
+  EXPECT_EQ(sent_text(0, 0, 3'000'000), "nothing to send: the server has the scene's 3.00 MB");
 }
 
 TEST(JobState, which_is_none_or_odd_is_a_failure_of_the_server) {

@@ -22,6 +22,12 @@ class PreparationTest : public ScheduleTest {
     take(scheduler_.worker_failed(worker, job, std::nullopt, "its disk is full", now_));
     return job;
   }
+  /// What the worker holds first is of a job that names files that it cannot read.
+  void lacks_files(WorkerId worker) {
+    const JobId job = held_[worker].at(0).job;
+    std::erase_if(held_[worker], [&](const GrantLease& grant) { return grant.job == job; });
+    take(scheduler_.worker_lacks_files(worker, job, "no disk", now_));
+  }
   /// Everyone is heard; errors' rests go by.
   void rest(double seconds = 2) {
     for (double waited = 0; waited < seconds; waited += 0.5) {
@@ -138,6 +144,36 @@ TEST_F(ScheduleTest, OfProcessesThatHaveGoneTheLast16384AreKnown) {
   EXPECT_EQ(join("first"), first) << "among the last 16,384";
   leave(third, true);
   EXPECT_EQ(join("third"), third) << "it was here, and is not forgotten for having been away once";
+}
+
+TEST_F(PreparationTest, WorkersWithoutTheFilesThatAJobNamesAreHeldAgainstNobody) {
+  add(1, spec(200, 1));
+  for (const char* name : {"a", "b", "c", "d"}) lacks_files(join(name));
+  EXPECT_TRUE(failed_.empty());
+  EXPECT_THAT(scheduler_.job(1, now_)->waiting_for,
+              HasSubstr("no connected worker can read its files: no disk"));
+  const WorkerId good = join("good");
+  EXPECT_FALSE(held_[good].empty());
+  EXPECT_EQ(scheduler_.job(1, now_)->waiting_for, "");
+  rest(10);
+  for (const auto& [worker, held] : held_) EXPECT_EQ(held.empty(), worker != good) << worker;
+  ready(good);
+  finish_one(good);
+  EXPECT_TRUE(failed_.empty());
+}
+
+TEST_F(PreparationTest, AWorkerWithoutAJobsFilesDoesOthersAndHasThemWhenItIsStartedAgain) {
+  add(1, spec(200, 1));
+  const WorkerId worker = start("first", "small");
+  lacks_files(worker);
+  EXPECT_TRUE(held_[worker].empty());
+  add(2, spec(200, 1));
+  ASSERT_FALSE(held_[worker].empty());
+  EXPECT_EQ(held_[worker].at(0).job, 2U);
+  leave(worker, true);
+  const WorkerId again = start("second", "small");
+  EXPECT_FALSE(held_[again].empty());
+  EXPECT_TRUE(failed_.empty());
 }
 
 }  // namespace

@@ -73,6 +73,7 @@ class Farm {
     settings.film_memory = film_memory;
     settings.keep_jobs = keep_jobs;
     settings.blob_grace = blob_grace;
+    settings.blob_cache = blob_cache;
     settings.upkeep = upkeep;
     settings.patience = patience;
     settings.disk_limit = disk_limit;
@@ -159,7 +160,7 @@ class Farm {
   std::optional<Duration> keep_jobs;
   Duration blob_grace = std::chrono::hours(24), upkeep = std::chrono::seconds(5);
   Duration patience = std::chrono::seconds(20);
-  std::uint64_t disk_limit = 0;
+  std::uint64_t disk_limit = 0, blob_cache = 0;
   std::filesystem::path data;
   std::unique_ptr<boost::asio::io_context> io;
   std::unique_ptr<Coordinator> coordinator;

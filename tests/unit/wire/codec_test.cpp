@@ -51,7 +51,8 @@ std::vector<Message> samples() {
       Preparing{.job = 3, .fraction = 1.0 / 3},
       Ready{.job = 4},
       Progress{.running = {{.lease = lease, .fraction = 0.1},
-                           {.lease = {.epoch = 1, .number = 2}, .fraction = 1}}},
+                           {.lease = {.epoch = 1, .number = 2}, .fraction = 1}},
+               .cache = CacheUse{.bytes = most, .most = 1, .evictions = 0}},
       Revoke{.leases = {lease, {.epoch = 0, .number = 0}}, .reason = "cancelled"},
       Result{.lease = lease,
              .job = 9,
@@ -128,8 +129,9 @@ TEST(Codec, every_key_but_those_that_may_lack_is_required_and_named_when_it_lack
     for (const auto& [key, value] : json.items()) {
       const std::string error =
           error_of(message, [&key = key](Json& header) { header.erase(key); });
-      const bool optional = (key == "spec") || ((key == "lease" || key == "log") &&
-                                                std::holds_alternative<Failed>(message));
+      const bool optional =
+          key == "spec" || key == "cache" ||
+          ((key == "lease" || key == "log") && std::holds_alternative<Failed>(message));
       EXPECT_EQ(error == "taken", optional) << name_of(type_of(message)) << " " << key;
       if (!optional) {
         EXPECT_THAT(error, HasSubstr(key));
