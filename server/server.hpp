@@ -28,8 +28,8 @@ struct ServerSettings {
   /// Bytes of films of unfinished frames in memory; 0: half of the machine's memory. The other half
   /// is for what is on its way to the disk, for pictures being encoded, and for the system.
   std::uint64_t film_memory = 0;
-  std::optional<Duration> keep_jobs;  ///< jobs that have ended; nullopt: for good
-  std::uint64_t disk_limit = 0;       ///< bytes of the data folder; 0: no limit
+  std::optional<Duration> keep_jobs;            ///< jobs that have ended; nullopt: for good
+  std::uint64_t disk_limit = 0;                 ///< bytes of the data folder; 0: no limit
   std::uint64_t blob_cache = 10 * limits::GiB;  ///< bytes that no job needs
 };
 
