@@ -160,7 +160,10 @@ scene::Mesh hilly_ball(int levels, std::array<double, 3> center, double radius) 
 /// Three such balls in an open box with a lamp: 1,572,864 triangles.
 scene::Scene million() {
   scene::Scene scene;
-  scene.cameras = {{"main", {0, 1.1, 4.6}, {0, 0.75, 0}, {0, 1, 0}, 40}};
+  scene.cameras.emplace_back();
+  scene.cameras[0].name = "main";
+  scene.cameras[0].eye = {0, 1.1, 4.6};
+  scene.cameras[0].target = {0, 0.75, 0};
   scene.materials = {{"white", scene::Diffuse{{0.75, 0.75, 0.75}}},
                      {"red", scene::Diffuse{{0.6, 0.1, 0.1}}},
                      {"lamp", scene::Emitter{{12, 12, 12}, false}}};
