@@ -148,12 +148,12 @@ TEST(Bundle, a_workers_cache_keeps_to_its_limit_and_the_farm_says_what_it_holds)
   Farm farm;
   farm.add_worker(1, {}, {"--cache-size", "0.002"});  // GiB: 2.1 MB
   std::vector<LargeScene> scenes;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 4; ++i) {  // .8 MB each, no two pictures alike
     scenes.emplace_back(farm.folder() / std::to_string(i),
-                        LargeSceneSettings{.pictures = i + 1, .side = 512});
+                        LargeSceneSettings{.pictures = 1, .side = 512 + i});
     farm.finish(farm.submit(scenes.back().file(), {}));
   }
-  // Two scenes are kept ready, and what they read is pinned: other files went.
+  // Two scenes are kept ready, and what they read is pinned: the first one's went for the last's.
   EXPECT_TRUE(wait_for([&] { return farm.metric("tessera_worker_cache_evictions_total") > 0; }));
   EXPECT_GT(farm.metric("tessera_worker_cache_bytes"), 0);
   EXPECT_NEAR(farm.metric("tessera_worker_cache_limit_bytes"), 0.002 * (1 << 30), 1);
