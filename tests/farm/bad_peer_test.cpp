@@ -9,25 +9,14 @@
 #include "common/image/tile.hpp"
 #include "common/wire/codec.hpp"
 #include "tests/farm/farm.hpp"
+#include "tests/farm/sanitized.hpp"
 #include "tests/farm/scripted_worker.hpp"
 
 namespace tessera::farm_test {
 namespace {
 
-/// How much the coordinator may grow by what one peer does to it, MiB. The sanitizers keep what was
-/// freed.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define TESSERA_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define TESSERA_SANITIZED
-#endif
-#endif
-#ifdef TESSERA_SANITIZED
-constexpr double growth_most = 512;
-#else
-constexpr double growth_most = 64;
-#endif
+/// How much the coordinator may grow by what one peer does to it, MiB.
+constexpr double growth_most = sanitized ? 512 : 64;
 
 /// A farm with a job under way, which has to come out right whatever the test did to the ports.
 class BadPeer : public testing::Test {
