@@ -114,7 +114,6 @@ Pyramid::Pyramid(image::Texels&& picture, scene::ColorSpace space, Levels levels
     decode_alpha_ = code_table(format_, scene::ColorSpace::linear).values();
   }
   levels_.push_back({picture.width, picture.height, std::move(picture.bytes)});
-  find_mean();
   if (levels == Levels::all) add_levels(space);
 }
 
@@ -148,23 +147,6 @@ std::size_t Pyramid::bytes() const {
 void Pyramid::decode_row(int y, Texel* out) const {
   const Level& level = levels_[0];
   for (int x = 0; x < level.width; ++x) out[x] = texel(level, x, y);
-}
-
-void Pyramid::find_mean() {
-  const Level& level = levels_[0];
-  std::vector<std::array<double, 4>> rows(static_cast<std::size_t>(level.height));
-  for_rows(level.height, [&](int y) {
-    std::vector<Texel> texels(static_cast<std::size_t>(level.width));
-    decode_row(y, texels.data());
-    std::array<double, 4>& sum = rows[static_cast<std::size_t>(y)];
-    for (const Texel& one : texels)
-      for (std::size_t c = 0; c < 4; ++c) sum[c] += static_cast<double>(one[c]);
-  });
-  std::array<double, 4> sum{};
-  for (const auto& row : rows)
-    for (std::size_t c = 0; c < 4; ++c) sum[c] += row[c];
-  const double count = static_cast<double>(level.width) * level.height;
-  for (std::size_t c = 0; c < 4; ++c) mean_[c] = static_cast<float>(sum[c] / count);
 }
 
 void Pyramid::add_levels(scene::ColorSpace space) {

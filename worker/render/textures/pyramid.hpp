@@ -34,12 +34,9 @@ class Pyramid {
   }
   /// 0 ≤ x < width, 0 ≤ y < height.
   [[nodiscard]] Texel texel(const Level& level, int x, int y) const;
-  /// Of all texels of level 0.
-  [[nodiscard]] const Texel& mean() const { return mean_; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  void find_mean();
   void add_levels(scene::ColorSpace space);
   /// A row of level 0 as floats, width of them.
   void decode_row(int y, Texel* out) const;
@@ -51,7 +48,6 @@ class Pyramid {
   const float* decode_ = nullptr;  ///< of integer formats: what each code is …
   const float* decode_alpha_ = nullptr;
   std::vector<Level> levels_;
-  Texel mean_{};
 };
 
 }  // namespace tessera::render

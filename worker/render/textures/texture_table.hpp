@@ -41,10 +41,6 @@ class TextureTable {
                              const std::optional<SurfaceDetail>& detail) const;
   /// The same at coordinates of its own: `point` is transformed by the use.
   [[nodiscard]] Texel lookup(const TextureUse& use, const TexturePoint& point) const;
-  /// Of the whole picture.
-  [[nodiscard]] const Texel& mean(std::uint32_t texture) const {
-    return textures_[texture].picture->mean();
-  }
   /// Width and height of the picture in texels.
   [[nodiscard]] Vec2 texels(std::uint32_t texture) const {
     const Pyramid::Level& level = textures_[texture].picture->level(0);
