@@ -44,13 +44,9 @@ std::uintmax_t kept(const Farm& farm) {
   return total;
 }
 
-bool wait_for(const std::function<bool()>& holds) {
-  const auto end = std::chrono::steady_clock::now() + Seconds(60);
-  while (!holds()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
+/// Looked at often: what a test waits for passes by.
+bool soon(const std::function<bool()>& holds) {
+  return becomes_true(holds, Seconds(60), std::chrono::milliseconds(1));
 }
 
 TEST(Bundle, a_scene_goes_over_once_and_the_second_submission_sends_nothing) {
@@ -71,7 +67,7 @@ TEST(Bundle, an_upload_that_broke_off_goes_on_where_it_was_also_after_the_coordi
   const LargeScene scene(farm.folder().path(), {.pictures = 1, .side = 1024});
   const std::size_t begun = 2'000'000;
   begin_upload(farm, scene.picture(0), begun);
-  ASSERT_TRUE(wait_for([&] { return kept(farm) == begun; })) << kept(farm);
+  ASSERT_TRUE(soon([&] { return kept(farm) == begun; })) << kept(farm);
   farm.kill_and_restart_server();
   farm.submit(scene.file(), {});
   EXPECT_LT(farm.metric(received), static_cast<double>(scene.bytes() - begun) + list_of_files);
@@ -84,7 +80,7 @@ TEST(Bundle, a_submission_goes_on_though_the_coordinator_dies_meanwhile) {
   Process submit({(programs() / "tessera").string(), "--server", "http://" + farm.http(), "submit",
                   scene.file()},
                  farm.folder() / "submit");
-  ASSERT_TRUE(wait_for([&] { return kept(farm) > 1'000'000; })) << submit.errors();
+  ASSERT_TRUE(soon([&] { return kept(farm) > 1'000'000; })) << submit.errors();
   submit.signal(SIGSTOP);
   farm.server().kill();
   const std::uintmax_t before = kept(farm);
@@ -156,7 +152,7 @@ TEST(Bundle, a_workers_cache_keeps_to_its_limit_and_the_farm_says_what_it_holds)
     farm.finish(farm.submit(scenes.back().file(), {}));
   }
   // Two scenes are kept ready, and what they read is pinned: the first one's went for the last's.
-  EXPECT_TRUE(wait_for([&] { return farm.metric("tessera_worker_cache_evictions_total") > 0; }));
+  EXPECT_TRUE(soon([&] { return farm.metric("tessera_worker_cache_evictions_total") > 0; }));
   EXPECT_GT(farm.metric("tessera_worker_cache_bytes"), 0);
   EXPECT_NEAR(farm.metric("tessera_worker_cache_limit_bytes"), 0.002 * (1 << 30), 1);
 }

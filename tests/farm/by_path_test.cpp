@@ -16,15 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool becomes_true(const std::function<bool()>& holds) {
-  const auto end = std::chrono::steady_clock::now() + Seconds(60);
-  while (!holds()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return true;
-}
-
 std::string waits_for(const Farm& farm, const std::string& id) {
   const auto job = farm.job(id);
   const auto reason = job.find("waiting_for");

@@ -53,16 +53,6 @@ pid_t process_with(const std::string& one, const std::string& other) {
   return 0;
 }
 
-/// Asked again and again until it holds.
-bool becomes_true(const std::function<bool()>& holds, Seconds most) {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (!holds()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return true;
-}
-
 TEST(Client, render_interrupted_ends_soon_and_leaves_nothing) {
   const TemporaryFolder temporary, logs;
   const std::string mark = (temporary.path() / "tessera-render-").string();

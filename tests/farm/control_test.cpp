@@ -17,12 +17,7 @@ using testing::HasSubstr;
 
 /// Until the worker has written it on standard error; false after 10 s.
 bool says(const Process& worker, const std::string& text) {
-  const auto end = std::chrono::steady_clock::now() + Seconds(10);
-  while (std::chrono::steady_clock::now() < end) {
-    if (worker.errors().find(text) != std::string::npos) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return false;
+  return becomes_true([&] { return worker.errors().find(text) != std::string::npos; }, Seconds(10));
 }
 
 json only_worker(const Farm& farm) { return farm.get("/v1/workers").at("workers").at(0); }

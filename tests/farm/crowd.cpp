@@ -36,14 +36,6 @@ void raise_file_limit(std::size_t needed) {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-bool reaches(const std::atomic<std::size_t>& value, std::size_t count, Seconds most) {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (value < count) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return true;
-}
 }  // namespace
 
 struct Crowd::Impl {
@@ -132,11 +124,11 @@ Crowd::~Crowd() {
 }
 
 bool Crowd::wait_for_welcomes(std::size_t count, Seconds most) const {
-  return reaches(impl_->welcomed, count, most);
+  return becomes_true([&] { return impl_->welcomed >= count; }, most);
 }
 
 bool Crowd::wait_for_work(std::size_t count, Seconds most) const {
-  return reaches(impl_->at_work, count, most);
+  return becomes_true([&] { return impl_->at_work >= count; }, most);
 }
 
 std::string Crowd::troubles() const {

@@ -29,12 +29,9 @@ void Farm::start_server() {
 }
 
 void Farm::await_server() {
-  const auto end = std::chrono::steady_clock::now() + Seconds(60);
-  while (server_.output().find('\n') == std::string::npos) {
-    if (!server_.running() || std::chrono::steady_clock::now() > end)
-      throw std::runtime_error("the coordinator did not start: " + server_.errors());
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  const auto speaks = [this] { return server_.output().find('\n') != std::string::npos; };
+  becomes_true([&] { return speaks() || !server_.running(); });
+  if (!speaks()) throw std::runtime_error("the coordinator did not start: " + server_.errors());
   const json ready = json::parse(server_.output());
   http_ = ready.at("http");
   listen_ = ready.at("listen");
@@ -133,24 +130,25 @@ double Farm::metric(const std::string& name) const {
 }
 
 bool Farm::wait_for_progress(const std::string& id, double progress, Seconds most) const {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (std::chrono::steady_clock::now() < end) {
-    const json now = job(id);
-    if (now.is_object() && now.value("progress", 0.0) >= progress) return true;
-    if (now.is_object() && now.value("state", "") == "failed") return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
+  bool reached = false;
+  becomes_true(
+      [&] {
+        const json now = job(id);
+        if (!now.is_object()) return false;
+        reached = now.value("progress", 0.0) >= progress;
+        return reached || now.value("state", "") == "failed";
+      },
+      most);
+  return reached;
 }
 
 bool Farm::wait_for_workers(std::size_t count, Seconds most) const {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (std::chrono::steady_clock::now() < end) {
-    const json now = get("/v1/workers");
-    if (now.is_object() && now.at("workers").size() == count) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return false;
+  return becomes_true(
+      [&] {
+        const json now = get("/v1/workers");
+        return now.is_object() && now.at("workers").size() == count;
+      },
+      most);
 }
 
 image::ExrImage Farm::finish(const std::string& id, Seconds most) {
@@ -163,14 +161,14 @@ image::ExrImage Farm::finish(const std::string& id, Seconds most) {
 }
 
 image::ExrImage Farm::finish_quickly(const std::string& id, Seconds most) const {
-  const auto end = std::chrono::steady_clock::now() + most;
   std::string state;
-  while (std::chrono::steady_clock::now() < end) {
-    const json now = job(id);
-    state = now.is_object() ? now.value("state", "") : "";
-    if (state == "done" || state == "failed" || state == "cancelled") break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  becomes_true(
+      [&] {
+        const json now = job(id);
+        state = now.is_object() ? now.value("state", "") : "";
+        return state == "done" || state == "failed" || state == "cancelled";
+      },
+      most);
   EXPECT_EQ(state, "done") << "job " << id << logs();
   const auto file = settings_.data / "jobs" / id / "frame-0001.exr";
   return state == "done" ? image::read_exr_file(file) : image::ExrImage{};

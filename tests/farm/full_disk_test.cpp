@@ -32,12 +32,7 @@ FarmSettings on(const SmallDisk& disk) {
 
 /// Until the job says what it waits for; false after 20 s.
 bool wait_for_reason(const Farm& farm, const std::string& id, const std::string& reason) {
-  const auto end = std::chrono::steady_clock::now() + Seconds(20);
-  while (std::chrono::steady_clock::now() < end) {
-    if (says(farm.job(id).at("waiting_for"), reason)) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return false;
+  return becomes_true([&] { return says(farm.job(id).at("waiting_for"), reason); }, Seconds(20));
 }
 
 TEST(FullDisk, holds_a_job_up_with_the_reason_and_lets_it_go_on_when_there_is_room) {

@@ -65,16 +65,7 @@ void Process::signal(int number) const {
 }
 
 std::optional<int> Process::wait(Seconds most) {
-  const auto end = std::chrono::steady_clock::now() + most;
-  while (!code_ && pid_ > 0) {
-    int status = 0;
-    if (waitpid(pid_, &status, WNOHANG) == pid_) {
-      code_ = code_of(status);
-      break;
-    }
-    if (std::chrono::steady_clock::now() >= end) return std::nullopt;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  becomes_true([this] { return !running(); }, most, std::chrono::milliseconds(5));
   return code_;
 }
 
@@ -97,7 +88,11 @@ void Process::forget_peak_memory() const {
   std::ofstream("/proc/" + std::to_string(pid_) + "/clear_refs") << 5;  // proc(5): resets VmHWM
 }
 
-bool Process::running() { return pid_ > 0 && !wait(Seconds(0)).has_value(); }
+bool Process::running() {
+  int status = 0;
+  if (!code_ && pid_ > 0 && waitpid(pid_, &status, WNOHANG) == pid_) code_ = code_of(status);
+  return pid_ > 0 && !code_;
+}
 
 std::string Process::output() const { return read_text(log_.string() + ".out"); }
 std::string Process::errors() const { return read_text(log_.string() + ".err"); }
@@ -107,6 +102,16 @@ Outcome run(std::vector<std::string> arguments, Seconds most) {
   Process process(std::move(arguments), folder / "log");
   if (!process.wait(most)) process.kill();
   return {*process.wait(Seconds(0)), process.output(), process.errors()};
+}
+
+bool becomes_true(const std::function<bool()>& holds, Seconds most,
+                  std::chrono::milliseconds pause) {
+  const auto end = std::chrono::steady_clock::now() + most;
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(pause);
+  }
+  return true;
 }
 
 std::string read_text(const fs::path& file) {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,10 @@ struct Outcome {
 };
 /// Runs to its end; after `most` it is killed and the code is 137.
 Outcome run(std::vector<std::string> arguments, Seconds most = Seconds(60));
+
+/// Asks again and again, with a pause between, until it holds; false if it does not within `most`.
+bool becomes_true(const std::function<bool()>& holds, Seconds most = Seconds(60),
+                  std::chrono::milliseconds pause = std::chrono::milliseconds(10));
 
 std::string read_text(const std::filesystem::path& file);
 /// Where the programs under test are: TESSERA_BIN_DIR.

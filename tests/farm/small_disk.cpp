@@ -33,15 +33,13 @@ std::vector<std::string> with_small_tmpfs(const std::filesystem::path& mount, st
 
 SmallDisk::SmallDisk(std::size_t bytes)
     : holder_(with_small_tmpfs(mount_.path(), bytes), logs_ / "holder") {
-  const auto end = std::chrono::steady_clock::now() + Seconds(20);
-  while (holder_.output() != "mounted\n") {
-    if (!holder_.running() || std::chrono::steady_clock::now() > end)
-      throw std::runtime_error(
-          "a tmpfs in a mount namespace cannot be had here, and the tests of full disks need one "
-          "(configure with -DTESSERA_TEST_FULL_DISK=OFF to leave them out): " +
-          holder_.errors());
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  const auto mounted = [this] { return holder_.output() == "mounted\n"; };
+  becomes_true([&] { return mounted() || !holder_.running(); }, Seconds(20));
+  if (!mounted())
+    throw std::runtime_error(
+        "a tmpfs in a mount namespace cannot be had here, and the tests of full disks need one "
+        "(configure with -DTESSERA_TEST_FULL_DISK=OFF to leave them out): " +
+        holder_.errors());
 }
 
 std::vector<std::string> SmallDisk::inside() const {

@@ -138,12 +138,7 @@ Process waiting_wedge(const Farm& farm, const std::string& vary = "samples=1,2,3
 }
 
 bool has_jobs(const Farm& farm, std::size_t least) {
-  const auto end = std::chrono::steady_clock::now() + Seconds(60);
-  while (farm.get("/v1/jobs").at("jobs").size() < least) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return true;
+  return becomes_true([&] { return farm.get("/v1/jobs").at("jobs").size() >= least; });
 }
 
 TEST(Wedge, interrupted_cancels_all_its_jobs) {
