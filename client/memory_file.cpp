@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
 #include "common/base/error.hpp"
 
@@ -28,36 +27,19 @@ int create() {
 }  // namespace
 
 MemoryFile::MemoryFile(std::string_view bytes) : descriptor_(create()) {
-  while (descriptor_ >= 0 && !bytes.empty()) {
-    const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+  while (descriptor_.is_open() && !bytes.empty()) {
+    const ssize_t written = write(descriptor_.number(), bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) break;
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
-  if (descriptor_ >= 0 && bytes.empty()) return;
-  const int reason = errno;
-  if (descriptor_ >= 0) close(descriptor_);
-  throw Error(ErrorKind::failed,
-              fmt::format("an edited scene cannot be held in memory: {}", std::strerror(reason)));
-}
-
-MemoryFile::~MemoryFile() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-MemoryFile::MemoryFile(MemoryFile&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-namespace {
-constexpr const char* descriptors = "/proc/self/fd";
-}  // namespace
-
-std::filesystem::path MemoryFile::path() const {
-  return std::filesystem::path(descriptors) / std::to_string(descriptor_);
+  if (!descriptor_.is_open() || !bytes.empty())
+    throw Error(ErrorKind::failed,
+                fmt::format("an edited scene cannot be held in memory: {}", std::strerror(errno)));
 }
 
 bool MemoryFile::is_one(const std::filesystem::path& path) {
-  return path.parent_path() == descriptors;
+  return path.parent_path() == Descriptor::folder;
 }
 
 }  // namespace tessera::client

@@ -24,20 +24,16 @@ namespace {
 
 }  // namespace
 
-File::File(std::filesystem::path path, int flags, mode_t mode) : path_(std::move(path)) {
-  descriptor_ = ::open(path_.c_str(), flags | O_CLOEXEC, mode);
-  if (descriptor_ < 0) fail("opened");
-}
-
-File::~File() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+File::File(std::filesystem::path path, int flags, mode_t mode)
+    : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, mode)), path_(std::move(path)) {
+  if (!is_open()) fail("opened");
 }
 
 void File::fail(const char* what) const { throw_for(path_, what, errno); }
 
 std::uint64_t File::size() const {
   struct stat status {};
-  if (::fstat(descriptor_, &status) != 0) fail("looked at");
+  if (::fstat(descriptor_.number(), &status) != 0) fail("looked at");
   return static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -47,8 +43,8 @@ void File::write_all(std::vector<iovec>& pieces, bool at_offset, std::uint64_t o
   while (at < pieces.size()) {
     const int count = static_cast<int>(std::min<std::size_t>(pieces.size() - at, IOV_MAX));
     const ssize_t wrote =
-        at_offset ? ::pwritev(descriptor_, &pieces[at], count, static_cast<off_t>(offset))
-                  : ::writev(descriptor_, &pieces[at], count);
+        at_offset ? ::pwritev(descriptor_.number(), &pieces[at], count, static_cast<off_t>(offset))
+                  : ::writev(descriptor_.number(), &pieces[at], count);
     if (wrote < 0 && errno == EINTR) continue;
     if (wrote < 0 && errno == EINVAL && use_cache()) continue;
     if (wrote < 0) fail("written");
@@ -80,7 +76,7 @@ void File::write(std::span<const std::byte> bytes) {
 void File::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
   while (!bytes.empty()) {
     const ssize_t got =
-        ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        ::pread(descriptor_.number(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail("read");
     if (got == 0)
@@ -92,45 +88,45 @@ void File::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
 
 std::size_t File::read_some(std::span<std::byte> bytes) const {
   for (;;) {
-    const ssize_t got = ::read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t got = ::read(descriptor_.number(), bytes.data(), bytes.size());
     if (got >= 0) return static_cast<std::size_t>(got);
     if (errno != EINTR) fail("read");
   }
 }
 
 void File::truncate(std::uint64_t size) {
-  if (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0) fail("truncated");
+  if (::ftruncate(descriptor_.number(), static_cast<off_t>(size)) != 0) fail("truncated");
 }
 
 void File::sync() {
-  if (::fdatasync(descriptor_) != 0) fail("synced");
+  if (::fdatasync(descriptor_.number()) != 0) fail("synced");
 }
 
 void File::bypass_cache() noexcept {
-  const int flags = ::fcntl(descriptor_, F_GETFL);
-  if (flags >= 0) static_cast<void>(::fcntl(descriptor_, F_SETFL, flags | O_DIRECT));
+  const int flags = ::fcntl(descriptor_.number(), F_GETFL);
+  if (flags >= 0) static_cast<void>(::fcntl(descriptor_.number(), F_SETFL, flags | O_DIRECT));
 }
 
 /// False if it was used already.
 bool File::use_cache() noexcept {
-  const int flags = ::fcntl(descriptor_, F_GETFL);
+  const int flags = ::fcntl(descriptor_.number(), F_GETFL);
   return flags >= 0 && (flags & O_DIRECT) != 0 &&
-         ::fcntl(descriptor_, F_SETFL, flags & ~O_DIRECT) == 0;
+         ::fcntl(descriptor_.number(), F_SETFL, flags & ~O_DIRECT) == 0;
 }
 
 void File::drop_cached(std::uint64_t from, std::uint64_t to) const noexcept {
   if (to <= from) return;
-  static_cast<void>(::posix_fadvise(descriptor_, static_cast<off_t>(from),
+  static_cast<void>(::posix_fadvise(descriptor_.number(), static_cast<off_t>(from),
                                     static_cast<off_t>(to - from), POSIX_FADV_DONTNEED));
 }
 
 void File::lock() {
-  while (::flock(descriptor_, LOCK_EX) != 0)
+  while (::flock(descriptor_.number(), LOCK_EX) != 0)
     if (errno != EINTR) fail("locked");
 }
 
 bool File::try_lock() {
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return true;
+  if (::flock(descriptor_.number(), LOCK_EX | LOCK_NB) == 0) return true;
   if (errno != EWOULDBLOCK) fail("locked");
   return false;
 }

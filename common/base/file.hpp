@@ -6,8 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <utility>
 #include <vector>
+
+#include "common/base/descriptor.hpp"
 
 /// Files by descriptor. Every call throws Error with the file's name and the system's word for what
 /// went wrong: not_found where there is no such name, else failed.
@@ -21,14 +22,8 @@ class File {
   File() = default;
   /// `flags` as open(2) takes them, close-on-exec always; `mode` of a new file, less the umask.
   File(std::filesystem::path path, int flags, mode_t mode = 0644);
-  ~File();
-  File(File&& other) noexcept { swap(other); }
-  File& operator=(File&& other) noexcept {
-    swap(other);
-    return *this;
-  }
 
-  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+  [[nodiscard]] bool is_open() const { return descriptor_.is_open(); }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const;
 
@@ -59,15 +54,11 @@ class File {
   bool try_lock();
 
  private:
-  void swap(File& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    std::swap(path_, other.path_);
-  }
   [[noreturn]] void fail(const char* what) const;
   bool use_cache() noexcept;
   void write_all(std::vector<iovec>& pieces, bool at_offset, std::uint64_t offset);
 
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::filesystem::path path_;
 };
 

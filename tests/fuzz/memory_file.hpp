@@ -4,22 +4,21 @@
 #include <span>
 #include <string_view>
 
+#include "common/base/descriptor.hpp"
+
 namespace tessera::fuzz {
 
 /// A file without a disk, for parsers that read files by name.
 class MemoryFile {
  public:
   MemoryFile();
-  ~MemoryFile();
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
 
   void set(std::span<const std::byte> bytes);
   void set(std::string_view text);
-  [[nodiscard]] std::filesystem::path path() const;
+  [[nodiscard]] std::filesystem::path path() const { return descriptor_.path(); }
 
  private:
-  int descriptor_;
+  Descriptor descriptor_;
 };
 
 }  // namespace tessera::fuzz

@@ -35,33 +35,16 @@ bool is_beneath(const fs::path& file, const fs::path& root) {
   return in_root == root.end() && in_file != file.end();
 }
 
-/// A descriptor that is closed unless it is taken.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  void replace(int number) { const Descriptor before(std::exchange(number_, number)); }
-  [[nodiscard]] int number() const { return number_; }
-  int take() { return std::exchange(number_, -1); }
-
- private:
-  int number_;
-};
-
 /// Opens a path that has no links in it, without following any: one that was put there meanwhile is
 /// refused. Nothing is read, and no device awakes (O_PATH).
-int open_without_links(const fs::path& path) {
+Descriptor open_without_links(const fs::path& path) {
   Descriptor at(::open("/", O_PATH | O_DIRECTORY | O_CLOEXEC));
   for (const fs::path& part : path.relative_path()) {
-    const int next = ::openat(at.number(), part.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC);
-    if (next < 0) return -1;
-    at.replace(next);
+    Descriptor next(::openat(at.number(), part.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+    if (!next.is_open()) return next;
+    at = std::move(next);
   }
-  return at.take();
+  return at;
 }
 
 std::int64_t nanoseconds(const timespec& time) {
@@ -94,23 +77,12 @@ std::optional<Digest> digest_of(const File& file,
 
 }  // namespace
 
-SharedFile::SharedFile(int descriptor, fs::path location)
-    : descriptor_(descriptor), location_(std::move(location)), opened_(stamp()) {}
-
-SharedFile::~SharedFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-SharedFile::SharedFile(SharedFile&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)),
-      location_(std::move(other.location_)),
-      opened_(other.opened_) {}
-
-fs::path SharedFile::path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+SharedFile::SharedFile(Descriptor descriptor, fs::path location)
+    : descriptor_(std::move(descriptor)), location_(std::move(location)), opened_(stamp()) {}
 
 FileStamp SharedFile::stamp() const {
   struct stat status {};
-  if (::fstat(descriptor_, &status) != 0)
+  if (::fstat(descriptor_.number(), &status) != 0)
     throw Error(ErrorKind::failed, "cannot be looked at: " + std::generic_category().message(errno),
                 {.file = location_.string()});
   return {.device = status.st_dev,
@@ -164,10 +136,10 @@ SharedFile SharedFiles::open_beneath(const fs::path& location) const {
              "(tessera-worker --asset-root)");
   Descriptor found(open_without_links(real));
   struct stat status {};
-  if (found.number() < 0 || ::fstat(found.number(), &status) != 0)
+  if (!found.is_open() || ::fstat(found.number(), &status) != 0)
     not_here(location, "cannot be opened: " + std::generic_category().message(errno));
   if (!S_ISREG(status.st_mode)) not_here(location, "is not a plain file");
-  return {found.take(), location};
+  return {std::move(found), location};
 }
 
 std::optional<SharedFile> SharedFiles::open(const assets::BundleFile& entry,

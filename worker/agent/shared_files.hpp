@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/assets/bundle.hpp"
+#include "common/base/descriptor.hpp"
 #include "common/base/error.hpp"
 
 /// Files on disks that machines share, which jobs name by path instead of uploading them.
@@ -30,21 +31,17 @@ struct FileStamp {
 /// One that is open: it stays the file that was checked, whatever takes its name.
 class SharedFile {
  public:
-  /// Takes the descriptor over.
-  SharedFile(int descriptor, std::filesystem::path location);
-  ~SharedFile();
-  SharedFile(SharedFile&& other) noexcept;
-  SharedFile& operator=(SharedFile&&) = delete;
+  SharedFile(Descriptor descriptor, std::filesystem::path location);
 
   /// A path that opens it, for this process, as long as this lives.
-  [[nodiscard]] std::filesystem::path path() const;
+  [[nodiscard]] std::filesystem::path path() const { return descriptor_.path(); }
   [[nodiscard]] const std::filesystem::path& location() const { return location_; }
   [[nodiscard]] FileStamp stamp() const;
   /// Throws Error{bad_input} if it was written to since this was made.
   void check_unchanged() const;
 
  private:
-  int descriptor_;
+  Descriptor descriptor_;
   std::filesystem::path location_;
   FileStamp opened_;
 };
