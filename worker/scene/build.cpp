@@ -118,9 +118,10 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
                           const accel::Progress& progress) {
   scene::Scene from = std::move(description);
   render::Scene out(device);
+  image::TexelBudget budget(picture_bytes_most());
   // Tables that materials share are made by the first that asks; pictures need not wait for it.
   tbb::parallel_invoke([&] { out.materials = compile_all(from.materials); },
-                       [&] { out.textures = load_textures(from); });
+                       [&] { out.textures = load_textures(from, budget); });
   for (const render::CompiledMaterial& material : out.materials) {
     out.has_gaps = out.has_gaps || material.has_opacity || material.back_culled;
   }
@@ -155,7 +156,7 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   if (from.environment) {
     out.has_environment = true;
     const scene::Environment& environment = *from.environment;
-    if (environment.image) out.environment_map = load_environment(from);
+    if (environment.image) out.environment_map = load_environment(from, budget);
     const render::Light light =
         environment_light(out.bounds, environment, out.environment_map.get());
     if (!render::is_black(render::power(light))) lights.push_back(light);

@@ -1,43 +1,19 @@
 #include "worker/scene/textures.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <exception>
-#include <fstream>
 #include <map>
 #include <tuple>
 #include <utility>
 
-#include "common/base/error.hpp"
 #include "common/base/limits.hpp"
+#include "common/scene/image_bytes.hpp"
 
 namespace tessera::worker {
 namespace {
-
-std::vector<std::byte> bytes_of(const scene::FileRange& range, const std::string& name) {
-  const Place place{.file = name, .key = {}};
-  std::error_code error;
-  const std::uintmax_t whole = std::filesystem::file_size(range.file, error);
-  if (error)
-    throw Error(ErrorKind::not_found, fmt::format("no such file ({})", error.message()), place);
-  if (range.offset > whole || range.size > whole - range.offset)
-    throw Error(ErrorKind::bad_input, "the picture lies beyond the end of its file", place);
-  const std::uintmax_t size = range.size == 0 ? whole - range.offset : range.size;
-  if (size > limits::image_file_bytes)
-    throw Error(
-        ErrorKind::too_large,
-        fmt::format("{} bytes; a picture's file may have {}", size, limits::image_file_bytes),
-        place);
-  std::vector<std::byte> out(static_cast<std::size_t>(size));
-  std::ifstream in(range.file, std::ios::binary);
-  in.seekg(static_cast<std::streamoff>(range.offset));
-  if (!in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size())))
-    throw Error(ErrorKind::failed, "cannot be read", place);
-  return out;
-}
 
 /// A picture, and what its integers mean.
 using Wanted = std::pair<std::uint32_t, scene::ColorSpace>;
@@ -45,9 +21,8 @@ using Wanted = std::pair<std::uint32_t, scene::ColorSpace>;
 using Held = std::shared_ptr<const std::vector<std::byte>>;
 
 image::Texels decode(const scene::Image& image, image::TexelBudget& budget) {
-  if (const auto* range = std::get_if<scene::FileRange>(&image.encoded))
-    return image::decode_texels(bytes_of(*range, image.name), image.name, &budget);
-  return image::decode_texels(*std::get<Held>(image.encoded), image.name, &budget);
+  const Held bytes = scene::encoded_bytes(image);
+  return image::decode_texels(*bytes, image.name, &budget);
 }
 
 /// For each image the first of the same bytes in the same place: a file that is named or included
@@ -67,22 +42,19 @@ std::vector<std::uint32_t> first_of_same(const std::vector<scene::Image>& images
   return out;
 }
 
-/// What the pictures of one scene may take of this machine: mip levels are a third more, and there
-/// is more to a scene than its pictures.
+}  // namespace
+
 std::uint64_t picture_bytes_most() {
   const auto pages = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
   return std::min<std::uint64_t>(limits::images_bytes, pages * page / 2);
 }
 
-}  // namespace
-
-render::TextureTable load_textures(const scene::Scene& from) {
+render::TextureTable load_textures(const scene::Scene& from, image::TexelBudget& budget) {
   const std::vector<std::uint32_t> same = first_of_same(from.images);
   std::map<Wanted, std::shared_ptr<const render::Pyramid>> pyramids;
   for (const scene::Texture& texture : from.textures)
     pyramids.try_emplace({same[texture.image], texture.color_space});
-  image::TexelBudget budget(picture_bytes_most());
   std::vector<decltype(pyramids)::value_type*> jobs;
   for (auto& entry : pyramids) jobs.push_back(&entry);
   std::vector<std::exception_ptr> problems(jobs.size());
@@ -107,9 +79,9 @@ render::TextureTable load_textures(const scene::Scene& from) {
   return render::TextureTable(std::move(out));
 }
 
-std::shared_ptr<const render::EnvironmentMap> load_environment(const scene::Scene& from) {
+std::shared_ptr<const render::EnvironmentMap> load_environment(const scene::Scene& from,
+                                                               image::TexelBudget& budget) {
   const scene::Environment& environment = from.environment.value();
-  image::TexelBudget budget(picture_bytes_most());
   return std::make_shared<const render::EnvironmentMap>(
       decode(from.images[environment.image.value()], budget), scene::ColorSpace::srgb,
       environment.rotation_degrees * render::pi_d / 180);

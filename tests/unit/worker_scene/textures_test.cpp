@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
+#include <filesystem>
 #include <string>
 
+#include "common/base/error.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tessera::worker {
@@ -19,18 +20,44 @@ std::string gray_square() {
   return out + "abcd";
 }
 
+scene::Scene scene_with(const std::filesystem::path& picture) {
+  scene::Scene scene;
+  scene.images = {{"gray.tga", scene::FileRange{picture, 0, 0}}};
+  scene.textures.resize(1);
+  return scene;
+}
+
+constexpr std::uint64_t gray_bytes = 4;  // decoded
+
 TEST(SceneTextures, PictureOfOneFileIsKeptOnceWhoeverNamesIt) {
   const TemporaryFolder folder;
   const auto file = folder.write("gray.tga", gray_square());
-  scene::Scene scene;
-  scene.images = {{"gray.tga", scene::FileRange{file, 0, 0}}};
-  scene.textures.resize(1);
-  const std::size_t one = load_textures(scene).bytes();
+  scene::Scene scene = scene_with(file);
+  image::TexelBudget enough(2 * gray_bytes);
+  const std::size_t one = load_textures(scene, enough).bytes();
   scene.images.push_back({"model.gltf: /images/3", scene::FileRange{file, 0, 0}});
   scene.textures.resize(2);
   scene.textures[1].image = 1;
-  EXPECT_EQ(load_textures(scene).bytes(), one);
-  EXPECT_EQ(load_textures(scene).size(), 2U);
+  const render::TextureTable both = load_textures(scene, enough);
+  EXPECT_EQ(both.bytes(), one);
+  EXPECT_EQ(both.size(), 2U);
+}
+
+TEST(SceneTextures, TheEnvironmentSharesTheBudgetOfTheTextures) {
+  const TemporaryFolder folder;
+  scene::Scene scene = scene_with(folder.write("gray.tga", gray_square()));
+  scene.environment.emplace().image = 0;
+  image::TexelBudget both(2 * gray_bytes), one(2 * gray_bytes - 1);
+  EXPECT_NO_THROW(load_textures(scene, both));
+  EXPECT_NO_THROW(load_environment(scene, both));
+  EXPECT_NO_THROW(load_textures(scene, one));
+  try {
+    load_environment(scene, one);
+    FAIL() << "took more than there is";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::too_large);
+    EXPECT_EQ(error.place().file, "gray.tga");
+  }
 }
 
 }  // namespace
