@@ -4,11 +4,9 @@ import hashlib
 import json
 import os
 import pathlib
-import subprocess
 import sys
 
-HERE = pathlib.Path(__file__).resolve().parent
-BLENDER = ["blender", "-b", "--factory-startup", "--python-exit-code", "1", "-P"]
+from renderers import BLENDERS_PATH, HERE, blender, run, tessera
 
 
 def parsed():
@@ -22,15 +20,6 @@ def parsed():
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--only", nargs="+", help="pairs to render, by name; else all")
     return parser.parse_args()
-
-
-def run(command, log, **environment):
-    with open(log, "w", encoding="utf-8") as file:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=file, text=True, env={**os.environ, **environment}, check=False)
-        file.write(done.stdout)
-    if done.returncode:
-        sys.exit(f"pairs.py: {command[0]} failed, and said so in {log}")
-    return done.stdout
 
 
 class Pair:
@@ -47,14 +36,10 @@ class Pair:
         if "camera" in self.asked:  # Our own scene around the file, which says from where it is seen.
             scene = self.path("scene.json")
             scene.write_text(json.dumps({"tessera": 1, "include": [self.asked["scene"]], "camera": self.asked["camera"]}))
-        options = self.options
-        command = [options.bin / "tessera", "--json", "render", scene, "-o", self.path("ours.exr"), "--size", options.size,
-                   "--samples", options.samples, "--bounces", options.bounces, "--filter", "box", "--seed", options.seed,
-                   "--threads", options.threads, "--frames", self.asked.get("frame", 1)]
-        if "environment" in self.asked:
-            command += ["--env", self.folder / self.asked["environment"], "--env-rotate", self.asked.get("rotate", 0)]
-        told = run([str(word) for word in command], self.path("ours.log"))
-        return json.loads(told.strip().splitlines()[-1])
+        around = self.asked.get("environment")
+        command = tessera(self.options, scene, self.path("ours.exr"), self.options.samples, self.options.seed,
+                          self.folder / around if around else None, self.asked.get("rotate", 0), self.asked.get("frame", 1))
+        return json.loads(run(command, self.path("ours.log")).strip().splitlines()[-1])
 
     def render_in_cycles(self):
         """Once: the same job's picture is kept."""
@@ -72,8 +57,7 @@ class Pair:
             return
         self.path("cycles.exr").unlink(missing_ok=True)
         file.write_text(text)
-        # Another Python first on the PATH would keep Blender from its numpy.
-        run([*BLENDER, str(HERE / "blender" / "cycles.py"), "--", str(file)], self.path("cycles.log"), PATH="/usr/bin:/bin")
+        run(blender("cycles.py", file), self.path("cycles.log"), **BLENDERS_PATH)
 
     def compare(self):
         told = run([str(self.options.bin / "peer_compare"), str(self.path("ours.exr")), str(self.path("cycles.exr")),

@@ -1,31 +1,37 @@
 #!/usr/bin/env bash
 # Renders scenes that others made, and that Debian's Blender writes, here and in Cycles, and compares the pictures: README.md.
 #   tests/peer/run.sh [--install] [--bin FOLDER] [pairs.py's options: --samples N, --size WxH, --threads N, --only NAME …]
+#   tests/peer/run.sh --duel [--install] [--bin FOLDER] [duel.py's options: those, --seeds N, …]: speed and noise, from many seeds
 # --install gets what is lacking from Debian and npm; without it what is lacking is said, and nothing is installed. --bin: programs that are
-# built already; else a release with peer_compare is built in build/bench. Scenes, pictures and sheets are left in build/peer.
+# built already; else a release with the tests' programs is built in build/bench. Scenes, pictures and sheets are left in build/peer.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 install=
 bin=
+duel=
 while [ $# -gt 0 ]; do
   case "$1" in
     --install) install=1; shift ;;
+    --duel) duel=1; shift ;;
     --bin) bin=${2:?--bin needs a folder}; shift 2 ;;
-    -h | --help) sed -n '2,5s/^# \?//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,6s/^# \?//p' "$0"; exit 0 ;;
     *) break ;;
   esac
 done
 
 [ -z "$install" ] || deploy/packages.sh build test peer
 lacking=()
-for program in blender node npm python3; do command -v "$program" >/dev/null || lacking+=("$program"); done
+programs=(blender python3)
+[ -n "$duel" ] || programs+=(node npm)
+for program in "${programs[@]}"; do command -v "$program" >/dev/null || lacking+=("$program"); done
 /usr/bin/python3 -c 'import numpy' 2>/dev/null || lacking+=(python3-numpy)
 folder=build/peer
 assets=$folder/npm
-packages=(@pmndrs/assets @gltf-transform/core @gltf-transform/extensions draco3dgltf)
+packages=()
+[ -n "$duel" ] || packages=(@pmndrs/assets @gltf-transform/core @gltf-transform/extensions draco3dgltf)
 for package in "${packages[@]}"; do [ -d "$assets/node_modules/$package" ] || lacking+=("npm's $package"); done
-if [ ${#lacking[@]} -gt 0 ] && [ -n "$install" ] && command -v npm >/dev/null; then
+if [ ${#lacking[@]} -gt 0 ] && [ -n "$install" ] && [ -z "$duel" ] && command -v npm >/dev/null; then
   mkdir -p "$assets"
   npm install --silent --no-audit --no-fund --prefix "$assets" "${packages[@]}"
   lacking=()
@@ -37,10 +43,11 @@ fi >&2
 
 if [ -z "$bin" ]; then
   cmake -G Ninja -S . -B build/bench -DCMAKE_BUILD_TYPE=Release -DTESSERA_TESTS=ON >/dev/null
-  cmake --build build/bench --target tessera tessera-server tessera-worker peer_compare -- --quiet
+  cmake --build build/bench --target tessera tessera-server tessera-worker peer_compare peer_errors bench_load_once -- --quiet
   bin=build/bench/bin
 fi
 
+[ -z "$duel" ] || exec python3 tests/peer/duel.py "$folder/duel" --bin "$bin" "$@"
 mkdir -p "$folder/written"
 node tests/peer/unpack.mjs "$assets" models/{bunny,suzi,pmndrs}.glb hdri/{studio,sunset,forest,lobby,park}.exr
 # Another Python first on the PATH would keep Blender from its numpy.

@@ -77,6 +77,13 @@ def matte(name, color):
     return material(name, Base_Color=color, Roughness=1.0, Specular=0.0)
 
 
+def glass(name):
+    """Clear, with a volume behind it."""
+    made = material(name, Base_Color=(1.0, 1.0, 1.0), Roughness=0.0, Transmission=1.0)
+    say_to_exporter(made, Thickness=1.0)
+    return made
+
+
 def lamp(name, color, strength):
     return material(name, Base_Color=(0.0, 0.0, 0.0), Specular=0.0, Emission=color, Emission_Strength=strength)
 
