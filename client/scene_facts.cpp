@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/scene/image_bytes.hpp"
+#include "common/scene/outline.hpp"
 
 namespace tessera::client {
 
@@ -21,16 +22,16 @@ using scene::Sphere;
 constexpr std::uint64_t hierarchy_bytes_of_triangle = 114, instance_bytes = 382;
 constexpr std::uint64_t face_bytes = 3 * 4 + 2;  ///< a triangle's indices, and its material
 
-std::uint64_t triangles_of(const Mesh& mesh) { return mesh.triangles.size(); }
+std::uint64_t triangles_of(const Mesh& mesh) { return size_of(mesh).triangles; }
 std::uint64_t triangles_of(const Quad&) { return 2; }
 std::uint64_t triangles_of(const Box&) { return 12; }
 std::uint64_t triangles_of(const Sphere&) { return 0; }
 
 /// As the renderer keeps it: a normal takes 4 bytes.
 std::uint64_t bytes_of(const Mesh& mesh) {
-  return mesh.positions.size() * 12 + mesh.normals.size() * 4 +
-         (mesh.uvs.size() + mesh.uvs1.size()) * 8 + mesh.tangents.size() * 4 +
-         mesh.colors.size() * 8 + mesh.triangles.size() * face_bytes;
+  const scene::MeshSize size = size_of(mesh);
+  return size.positions * 12 + size.normals * 4 + size.uvs * 8 + size.tangents * 4 +
+         size.colors * 8 + size.triangles * face_bytes;
 }
 std::uint64_t bytes_of(const Quad&) { return 4 * 12 + 16 + 2; }
 std::uint64_t bytes_of(const Box&) { return 6 * bytes_of(Quad{}); }

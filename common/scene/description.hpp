@@ -48,6 +48,12 @@ struct Box {
 };
 /// Triangles, counter-clockwise from outside. Counts are those of vertices; all but positions are
 /// empty or as many.
+/// How many of each a mesh has.
+struct MeshSize {
+  std::uint64_t positions = 0, normals = 0;
+  std::uint64_t uvs = 0;  ///< of both sets
+  std::uint64_t tangents = 0, colors = 0, triangles = 0;
+};
 struct Mesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<float, 3>> normals;
@@ -58,6 +64,8 @@ struct Mesh {
   std::vector<std::array<float, 4>> tangents;
   std::vector<std::array<float, 4>> colors;  ///< linear R, G, B, A
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  /// What it had, where only the corners of its box were kept, as positions: see survey_scene().
+  std::optional<MeshSize> outlined;
 };
 struct Shape {
   std::string name;  ///< for errors and later for ids

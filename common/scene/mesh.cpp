@@ -5,6 +5,7 @@
 
 #include "common/base/limits.hpp"
 #include "common/scene/obj.hpp"
+#include "common/scene/outline.hpp"
 #include "common/scene/parts.hpp"
 #include "common/scene/ply.hpp"
 
@@ -101,6 +102,7 @@ Mesh read_mesh(Fields& in, Reading& reading) {
   Mesh out;
   reading.attempt([&] {
     out = obj ? read_obj(place, reading.shown(name)) : read_ply(place, reading.shown(name));
+    if (reading.keep() == Keep::outlines) keep_outline(out);
   });
   return out;
 }

@@ -27,7 +27,8 @@ struct TextureSource {
 /// What reading a shape may need beside its own keys.
 class Reading {
  public:
-  Reading(const SceneFiles& files, Moment moment) : files_(files), moment_(std::move(moment)) {}
+  Reading(const SceneFiles& files, Moment moment, Keep keep)
+      : files_(files), moment_(std::move(moment)), keep_(keep) {}
 
   /// Where the file that `value` names is; notes that the scene uses it. Throws at `value` if there
   /// is none.
@@ -38,6 +39,7 @@ class Reading {
   /// The name of a file of the scene, for errors.
   [[nodiscard]] std::string shown(const std::string& path) const { return files_.shown(path); }
   [[nodiscard]] const Moment& moment() const { return moment_; }
+  [[nodiscard]] Keep keep() const { return keep_; }
   [[nodiscard]] const std::vector<UsedFile>& used() const { return used_; }
 
   /// Calls `read`, which reads a file; false, and a problem more, if it throws an Error.
@@ -75,6 +77,7 @@ class Reading {
  private:
   const SceneFiles& files_;
   Moment moment_;
+  Keep keep_;
   std::vector<UsedFile> used_;
   std::vector<std::pair<std::string, TextureSource>> named_textures_;
 };

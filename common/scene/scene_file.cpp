@@ -35,6 +35,7 @@ fs::path Reading::use_file(const Value& value) {
 Scene Reading::load_part(const Value& file, gltf::Options options) {
   options.whole = false;
   options.moment = {.time = moment_.time, .made_up = std::nullopt};
+  options.keep = keep_;
   LoadedScene part;
   attempt([&] {
     (void)use_file(file);
@@ -228,12 +229,13 @@ Scene parse(std::string text, const std::string& name, Reading& reading) {
   return read_scene(root, reading);
 }
 
-LoadedScene load(const SceneFiles& files, const std::string& path, const Moment& moment) {
+LoadedScene load(const SceneFiles& files, const std::string& path, const Moment& moment,
+                 Keep keep) {
   const std::string checked = checked_path(path);
-  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.moment = moment});
+  if (gltf::is_gltf(checked)) return gltf::load(files, checked, {.moment = moment, .keep = keep});
   const fs::path file = files.locate(checked);
   const std::string name = files.shown(checked);
-  Reading reading(files, moment);
+  Reading reading(files, moment, keep);
   LoadedScene out;
   out.scene = parse(read_file(file, name, limits::scene_json_bytes), name, reading);
   out.files.push_back({checked, file});
@@ -263,11 +265,11 @@ Error as_one(const std::vector<Error>& problems) {
 }
 
 LoadedScene survey_scene(const SceneFiles& files, const std::string& path) {
-  return load(files, path, Moment{});
+  return load(files, path, Moment{}, Keep::outlines);
 }
 
 LoadedScene load_scene(const SceneFiles& files, const std::string& path, const Moment& moment) {
-  LoadedScene out = load(files, path, moment);
+  LoadedScene out = load(files, path, moment, Keep::meshes);
   if (!out.problems.empty()) throw as_one(out.problems);
   return out;
 }
@@ -277,7 +279,7 @@ LoadedScene load_scene(const fs::path& file) {
 }
 
 Scene parse_scene(std::string_view text, const std::string& name, const SceneFiles& files) {
-  Reading reading(files, Moment{});
+  Reading reading(files, Moment{}, Keep::meshes);
   Scene out = parse(std::string(text), name, reading);
   if (!reading.problems.empty()) throw as_one(reading.problems);
   return out;

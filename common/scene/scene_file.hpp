@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -59,6 +60,9 @@ struct UsedFile {
   std::filesystem::path file;  ///< on this machine
 };
 
+/// What is kept of the meshes that were read and checked.
+enum class Keep : std::uint8_t { meshes, outlines };
+
 /// When a scene is looked at.
 struct Moment {
   double time = 0;                ///< seconds
@@ -89,8 +93,9 @@ LoadedScene load_scene(const SceneFiles& files, const std::string& path, const M
 /// The scene file at `file`, in a plain folder: its folder is the scene's.
 LoadedScene load_scene(const std::filesystem::path& file);
 
-/// The same, but goes on behind a file that is not there or cannot be read, so that all of them can
-/// be said at once.
+/// Reads and checks all of it like load_scene(), but goes on behind a file that is not there or
+/// cannot be read, so that all of them can be said at once, and keeps no more of a mesh than its
+/// outline: it takes the memory of the largest one, however many there are.
 LoadedScene survey_scene(const SceneFiles& files, const std::string& path);
 
 /// One error that lists them, the first hundred, each once; the first as it is if there is no

@@ -18,6 +18,7 @@
 #include "common/scene/gltf/mesh.hpp"
 #include "common/scene/gltf/nodes.hpp"
 #include "common/scene/gltf/pose.hpp"
+#include "common/scene/outline.hpp"
 
 namespace tessera::scene::gltf {
 
@@ -158,6 +159,7 @@ class Assembler {
       auto made = read_primitive(asset_, accessors_, primitive, pose,
                                  fmt::format("/meshes/{}/primitives/{}", number, i));
       if (!made) continue;
+      if (options_.keep == Keep::outlines) keep_outline(made->mesh);
       Shape shape{.name = name,
                   .geometry = std::move(made->mesh),
                   .material = materials_.use(material_of(primitive)),

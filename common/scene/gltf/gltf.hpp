@@ -28,6 +28,7 @@ struct Options {
   std::optional<std::string> variant = {};  ///< of KHR_materials_variants; else the default
   Units units = Units::physical;
   Moment moment = {};
+  Keep keep = Keep::meshes;
 };
 
 /// Reads the file `path`, checked_path's spelling, and all that it names. Throws Error with the

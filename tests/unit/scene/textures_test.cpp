@@ -48,7 +48,7 @@ class Textures : public testing::Test {
 
   TemporaryFolder folder_;
   FolderFiles files_;
-  Reading reading_{files_, Moment{}};
+  Reading reading_{files_, Moment{}, Keep::meshes};
 };
 
 TEST_F(Textures, a_name_a_file_or_a_plain_value_may_feed_an_input) {
