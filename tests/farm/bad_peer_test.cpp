@@ -9,8 +9,8 @@
 #include "common/image/tile.hpp"
 #include "common/wire/codec.hpp"
 #include "tests/farm/farm.hpp"
-#include "tests/farm/sanitized.hpp"
 #include "tests/farm/scripted_worker.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace tessera::farm_test {
 namespace {

@@ -11,8 +11,8 @@
 #include "common/base/digest.hpp"
 #include "tests/farm/farm.hpp"
 #include "tests/farm/large_scene.hpp"
-#include "tests/farm/sanitized.hpp"
 #include "tests/farm/scripted_worker.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace tessera::farm_test {
 namespace {

@@ -1,8 +1,9 @@
 #pragma once
 
-namespace tessera::farm_test {
+namespace tessera {
 
-/// True in a build with AddressSanitizer or ThreadSanitizer, which keep what was freed.
+/// True in a build with AddressSanitizer or ThreadSanitizer, which keep what was freed and are
+/// slow.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool sanitized = true;
 #elif defined(__has_feature)
@@ -15,4 +16,4 @@ constexpr bool sanitized = false;
 constexpr bool sanitized = false;
 #endif
 
-}  // namespace tessera::farm_test
+}  // namespace tessera
