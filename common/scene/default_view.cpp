@@ -50,6 +50,10 @@ void visit(const Quad& quad, const Transform& t, const See& see) {
     }
 }
 template <class See>
+void visit(const Disk& disk, const Transform& t, const See& see) {
+  visit(square_around(disk), t, see);
+}
+template <class See>
 void visit(const Sphere& sphere, const Transform& t, const See& see) {
   Bounds box{sphere.center, sphere.center};
   for (std::size_t i = 0; i < 3; ++i) {

@@ -32,6 +32,23 @@ std::optional<double> uniform_scale(const Transform& t) {
   return std::sqrt(square);
 }
 
+Quad square_around(const Disk& disk) {
+  const double size = std::hypot(disk.normal[0], disk.normal[1], disk.normal[2]);
+  const Vec3 n{disk.normal[0] / size, disk.normal[1] / size, disk.normal[2] / size};
+  // Across is up × n; a disk that faces straight up or down has +x to its right.
+  const double level = std::hypot(n[0], n[2]);
+  const Vec3 across = level > 1e-9 ? Vec3{n[2] / level, 0, -n[0] / level} : Vec3{1, 0, 0};
+  const Vec3 along{n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2],
+                   n[0] * across[1] - n[1] * across[0]};
+  Quad out;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out.edge_u[axis] = 2 * disk.radius * across[axis];
+    out.edge_v[axis] = 2 * disk.radius * along[axis];
+    out.corner[axis] = disk.center[axis] - (across[axis] + along[axis]) * disk.radius;
+  }
+  return out;
+}
+
 bool is_singular(const Transform& t) {
   const auto& m = t.m;
   // The determinant is measured against the product of the rows' lengths (Hadamard's bound), so

@@ -37,6 +37,15 @@ bool is_singular(const Transform& t);
 struct Quad {
   Vec3 corner{}, edge_u{1, 0, 0}, edge_v{0, 1, 0};
 };
+/// A circle and what is within it; a transform may make an ellipse of it.
+struct Disk {
+  Vec3 center{};
+  Vec3 normal{0, 0, 1};  ///< of any length but 0
+  double radius = 1;
+};
+/// The square that a disk touches from within, on the same side: its edge_u is horizontal, to the
+/// right of who sees the front upright.
+Quad square_around(const Disk& disk);
 /// The normal points outwards.
 struct Sphere {
   Vec3 center{};
@@ -69,7 +78,7 @@ struct Mesh {
 };
 struct Shape {
   std::string name;  ///< for errors and later for ids
-  std::variant<Quad, Sphere, Box, Mesh> geometry;
+  std::variant<Quad, Disk, Sphere, Box, Mesh> geometry;
   std::uint32_t material = 0;  ///< index into Scene::materials
   Transform to_world;          ///< or to its object's space, where it stands in an object
 };

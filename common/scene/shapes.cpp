@@ -34,6 +34,18 @@ Geometry quad(Fields& in, Reading&) {
   return out;
 }
 
+Geometry disk(Fields& in, Reading&) {
+  Disk out;
+  if (const auto center = in.optional("center")) out.center = center->point();
+  if (const auto normal = in.optional("normal")) {
+    out.normal = normal->point();
+    if (!(std::hypot(out.normal[0], out.normal[1], out.normal[2]) >= direction_least))
+      normal->fail("a normal needs a length");
+  }
+  out.radius = in.number_or("radius", length_least, length_most, out.radius);
+  return out;
+}
+
 Geometry sphere(Fields& in, Reading&) {
   Sphere out;
   if (const auto center = in.optional("center")) out.center = center->point();
@@ -65,8 +77,8 @@ struct ShapeType {
   Geometry (*read)(Fields&, Reading&);
 };
 /// Every type of shape that a scene can name.
-constexpr std::array<ShapeType, 4> shape_types{
-    {{"quad", quad}, {"sphere", sphere}, {"box", box}, {"mesh", mesh}}};
+constexpr std::array<ShapeType, 5> shape_types{
+    {{"quad", quad}, {"disk", disk}, {"sphere", sphere}, {"box", box}, {"mesh", mesh}}};
 
 using MaterialIndex = std::unordered_map<std::string_view, std::uint32_t>;
 

@@ -90,6 +90,10 @@ class Scene {
                               std::span<const Triangle> triangles);
   std::uint32_t add_quads(std::span<const std::span<const Point>> position_keys,
                           std::span<const Quad> quads);
+  /// The same parallelograms, of each of which only the ellipse is there that touches the middles
+  /// of its edges.
+  std::uint32_t add_ellipses(std::span<const std::span<const Point>> position_keys,
+                             std::span<const Quad> around);
   /// Intersected exactly, in double.
   std::uint32_t add_spheres(std::span<const Sphere> spheres);
   /// `child` must be built, hold no instances itself, and outlive this scene. Hits name this number

@@ -35,7 +35,8 @@ struct Scene::State {
   }
   std::uint32_t add_mesh(RTCGeometryType type, RTCFormat format,
                          std::span<const std::span<const Point>> keys, const void* indices,
-                         std::size_t count_of, std::size_t stride) {
+                         std::size_t count_of, std::size_t stride,
+                         RTCFilterFunctionN filter = nullptr) {
     assert(!keys.empty());
     RTCGeometry geometry = rtcNewGeometry(device->handle, type);
     rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(keys.size()));
@@ -45,6 +46,8 @@ struct Scene::State {
     }
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, format, indices, 0, stride,
                                count_of);
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
     return attach(geometry);
   }
 };
@@ -70,6 +73,21 @@ std::uint32_t Scene::add_quads(std::span<const std::span<const Point>> position_
                                std::span<const Quad> quads) {
   return state_->add_mesh(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, position_keys, quads.data(),
                           quads.size(), sizeof(Quad));
+}
+
+namespace {
+/// Lets a ray pass where it meets a parallelogram outside the ellipse within.
+void keep_ellipse(const RTCFilterFunctionNArguments* args) {
+  assert(args->N == 1);
+  const float x = 2 * RTCHitN_u(args->hit, 1, 0) - 1, y = 2 * RTCHitN_v(args->hit, 1, 0) - 1;
+  if (x * x + y * y > 1) args->valid[0] = 0;
+}
+}  // namespace
+
+std::uint32_t Scene::add_ellipses(std::span<const std::span<const Point>> position_keys,
+                                  std::span<const Quad> around) {
+  return state_->add_mesh(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, position_keys, around.data(),
+                          around.size(), sizeof(Quad), keep_ellipse);
 }
 
 std::uint32_t Scene::add_spheres(std::span<const Sphere> spheres) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "common/image/channels.hpp"
+#include "worker/render/light_clamp.hpp"
 #include "worker/render/vec.hpp"
 
 namespace tessera::render {
@@ -12,6 +13,7 @@ enum class FirstLobe : std::uint8_t { emission, diffuse, specular, transmission 
 
 /// What one sample of one pixel saw. Every contribution comes in by add().
 struct SampleRecord {
+  LightClamp clamp;
   Color radiance;
   float alpha = 0;
   Color albedo;
@@ -20,8 +22,8 @@ struct SampleRecord {
 
   /// `depth` is how often the path had scattered; `group` the light's group. One sum is kept now;
   /// separate outputs will sort by the rest.
-  void add(const Color& contribution, FirstLobe /*first*/, int /*depth*/, std::uint16_t /*group*/) {
-    radiance += contribution;
+  void add(const Color& contribution, FirstLobe /*first*/, int depth, std::uint16_t /*group*/) {
+    radiance += clamp(contribution, depth);
   }
   /// False if any value is NaN or Inf; then the whole record counts as black.
   [[nodiscard]] bool finite() const {

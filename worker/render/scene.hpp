@@ -25,6 +25,7 @@ enum class GeometryKind : std::uint8_t { triangles, quads, spheres };
 /// Primitives of one kind, merged. Their buffers are those that Embree reads.
 struct Geometry {
   GeometryKind kind = GeometryKind::triangles;
+  bool round = false;  ///< of each quad only the ellipse is there that touches it from within
   accel::Buffer<accel::Point> positions;
   accel::Buffer<accel::Triangle> triangles;
   accel::Buffer<accel::Quad> quads;

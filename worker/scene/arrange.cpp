@@ -54,13 +54,19 @@ void grow_by_corners(Extent& extent, const Extent& box, const scene::Transform& 
   }
 }
 
+void grow_by_quad(Extent& extent, const scene::Quad& quad, const scene::Transform& transform) {
+  const Vec3d a = render::to_vec3d(quad.corner), u = render::to_vec3d(quad.edge_u),
+              v = render::to_vec3d(quad.edge_v);
+  for (const Vec3d& p : {a, a + u, a + v, a + u + v}) grow(extent, times_point(transform, p));
+}
+
 void grow_by_shape(Extent& extent, const PlacedShape& placed) {
   const scene::Transform& t = placed.to_group;
   const auto& geometry = placed.shape->geometry;
   if (const auto* quad = std::get_if<scene::Quad>(&geometry)) {
-    const Vec3d a = render::to_vec3d(quad->corner), u = render::to_vec3d(quad->edge_u),
-                v = render::to_vec3d(quad->edge_v);
-    for (const Vec3d& p : {a, a + u, a + v, a + u + v}) grow(extent, times_point(t, p));
+    grow_by_quad(extent, *quad, t);
+  } else if (const auto* disk = std::get_if<scene::Disk>(&geometry)) {
+    grow_by_quad(extent, square_around(*disk), t);
   } else if (const auto* sphere = std::get_if<scene::Sphere>(&geometry)) {
     Extent box = nothing;
     const Vec3d c = render::to_vec3d(sphere->center);

@@ -52,7 +52,11 @@ void add_to_accel(const render::Group& group, accel::Scene& scene) {
         scene.add_triangles(keys, geometry.triangles.span());
         break;
       case render::GeometryKind::quads:
-        scene.add_quads(keys, geometry.quads.span());
+        if (geometry.round) {
+          scene.add_ellipses(keys, geometry.quads.span());
+        } else {
+          scene.add_quads(keys, geometry.quads.span());
+        }
         break;
       case render::GeometryKind::spheres:
         scene.add_spheres(geometry.spheres.span());

@@ -27,8 +27,13 @@ class LightMaker {
       const Vec3d corner = at(quad[0]);
       Vec3d u = at(quad[1]) - corner, v = at(quad[3]) - corner;
       if (mirrored_) std::swap(u, v);
-      light.shape =
-          render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
+      if (geometry.round) {
+        light.shape = render::DiskLight{render::to_float(corner + (u + v) * 0.5),
+                                        render::to_float(u * 0.5), render::to_float(v * 0.5)};
+      } else {
+        light.shape =
+            render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
+      }
     } else if (geometry.kind == render::GeometryKind::triangles) {
       const accel::Triangle& triangle = geometry.triangles[face];
       Vec3d b = at(triangle[1]), c = at(triangle[2]);

@@ -24,6 +24,7 @@ struct Size {
 
 Size size_of(const scene::Shape& shape) {
   if (std::holds_alternative<scene::Quad>(shape.geometry)) return {1, 4};
+  if (std::holds_alternative<scene::Disk>(shape.geometry)) return {1, 4};
   if (std::holds_alternative<scene::Box>(shape.geometry)) return {6, 24};
   if (std::holds_alternative<scene::Sphere>(shape.geometry)) return {1, 0};
   const auto& mesh = std::get<scene::Mesh>(shape.geometry);
@@ -34,6 +35,7 @@ Size size_of(const scene::Shape& shape) {
 struct Bin {
   GeometryKind kind = GeometryKind::triangles;
   bool smooth = false;
+  bool round = false;
   bool emits = false;
   bool tangents = false;
   std::uint8_t details = 0;
@@ -51,6 +53,7 @@ Bin bin_for(const scene::Shape& shape, std::span<const render::CompiledMaterial>
   } else {
     bin.kind = std::holds_alternative<scene::Sphere>(shape.geometry) ? GeometryKind::spheres
                                                                      : GeometryKind::quads;
+    bin.round = std::holds_alternative<scene::Disk>(shape.geometry);
   }
   return bin;
 }
@@ -65,8 +68,8 @@ std::vector<Bin> sort_into_bins(std::span<const PlacedShape> shapes,
     Bin* found = nullptr;
     for (Bin& bin : bins) {
       const bool alike = bin.kind == wanted.kind && bin.smooth == wanted.smooth &&
-                         bin.emits == wanted.emits && bin.details == wanted.details &&
-                         bin.tangents == wanted.tangents;
+                         bin.round == wanted.round && bin.emits == wanted.emits &&
+                         bin.details == wanted.details && bin.tangents == wanted.tangents;
       if (alike && bin.size.vertices + size.vertices <= vertices_most) found = &bin;
     }
     if (found == nullptr) found = &bins.emplace_back(std::move(wanted));
@@ -86,6 +89,7 @@ class Filler {
  public:
   Filler(const Bin& bin, const std::array<double, 3>& origin) : origin_(origin) {
     geometry_.kind = bin.kind;
+    geometry_.round = bin.round;
     geometry_.materials.resize(bin.size.faces);
     geometry_.positions = accel::Buffer<accel::Point>(bin.size.vertices);
     if (bin.kind == GeometryKind::triangles) {
@@ -109,8 +113,9 @@ class Filler {
     mirrored_ = determinant(linear(to_group_)) < 0;
     auto& shape = placed.shape->geometry;
     if (const auto* quad = std::get_if<scene::Quad>(&shape)) {
-      add_quad(render::to_vec3d(quad->corner), render::to_vec3d(quad->edge_u),
-               render::to_vec3d(quad->edge_v), quad_uvs());
+      add_quad(*quad);
+    } else if (const auto* disk = std::get_if<scene::Disk>(&shape)) {
+      add_quad(square_around(*disk));
     } else if (const auto* box = std::get_if<scene::Box>(&shape)) {
       add_box(*box);
     } else if (const auto* sphere = std::get_if<scene::Sphere>(&shape)) {
@@ -124,6 +129,11 @@ class Filler {
   std::uint32_t add_point(const Vec3d& p) {
     geometry_.positions[vertex_] = rounded_point(times_point(to_group_, p));
     return vertex_++;
+  }
+
+  void add_quad(const scene::Quad& quad) {
+    add_quad(render::to_vec3d(quad.corner), render::to_vec3d(quad.edge_u),
+             render::to_vec3d(quad.edge_v), quad_uvs());
   }
 
   void add_quad(const Vec3d& corner, const Vec3d& u, const Vec3d& v, const FaceUvs& uvs) {

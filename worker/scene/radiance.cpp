@@ -55,12 +55,18 @@ Vec2 part(Vec2 way, int parts) {
   return {way.x / of, way.y / of};
 }
 
-/// Triangles are cut into `n`² like themselves; of a quad each of `n`² cells has two.
-void add_flat(Vec2 a, Vec2 b, Vec2 c, bool quad, Mean& mean) {
+enum class Face { triangle, quad, ellipse };
+
+/// Triangles are cut into `n`² like themselves; of a quad each of `n`² cells has two. Of these an
+/// ellipse has those whose middles it holds.
+void add_flat(Vec2 a, Vec2 b, Vec2 c, Face face, Mean& mean) {
   const Vec2 ab = between(a, b), ac = between(a, c);
   const int n = std::max({mean.cuts(ab), mean.cuts(ac), mean.cuts(between(b, c))});
   const Vec2 step_b = part(ab, n), step_c = part(ac, n);
+  const bool quad = face != Face::triangle;
   const auto add = [&](float i, float j) {
+    const float x = 2 * i / static_cast<float>(n) - 1, y = 2 * j / static_cast<float>(n) - 1;
+    if (face == Face::ellipse && x * x + y * y > 1) return;
     mean.add({a.x + step_b.x * i + step_c.x * j, a.y + step_b.y * i + step_c.y * j}, step_b,
              step_c);
   };
@@ -99,10 +105,11 @@ render::Color mean_of(const render::Geometry& geometry, std::uint32_t face,
     mean.add({}, {}, {});
   } else if (geometry.kind == render::GeometryKind::quads) {
     const accel::Quad& quad = geometry.quads[face];
-    add_flat(uvs[quad[0]], uvs[quad[1]], uvs[quad[3]], true, mean);
+    add_flat(uvs[quad[0]], uvs[quad[1]], uvs[quad[3]], geometry.round ? Face::ellipse : Face::quad,
+             mean);
   } else {
     const accel::Triangle& triangle = geometry.triangles[face];
-    add_flat(uvs[triangle[0]], uvs[triangle[1]], uvs[triangle[2]], false, mean);
+    add_flat(uvs[triangle[0]], uvs[triangle[1]], uvs[triangle[2]], Face::triangle, mean);
   }
   return mean.value();
 }

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "tests/unit/render/chi2.hpp"
+#include "worker/render/lights/by_area.hpp"
 #include "worker/render/lights/light_table.hpp"
 
 namespace tessera::render {
@@ -56,28 +57,51 @@ TEST(EnvironmentMap, shows_the_middle_along_x_and_the_right_along_z_and_turns_ab
   EXPECT_NEAR(rows.radiance({0, -1, 0}).r, 1, 1e-6);
 }
 
-TEST(EnvironmentMap, samples_follow_their_density) {
-  for (const auto& [width, height] : {std::pair{16, 8}, {5, 3}, {32, 16}}) {
-    const EnvironmentMap map = sky(width, height);
-    test::Chi2Case test;
-    test.bins_s = 2 * width;
-    test.bins_t = 2 * height;
-    test.samples = 300'000;
-    test.quadrature = 8;
-    test.sample = [&](test::Random& random) -> std::optional<Vec2> {
-      const EnvironmentMap::Drawn drawn = map.sample(random.next2());
-      EXPECT_GT(drawn.pdf, 0);
-      EXPECT_GT(luminance(map.radiance(drawn.direction)), -1e-6);
-      const double u = 0.5 - std::atan2(-drawn.direction.z, drawn.direction.x) / (2 * M_PI);
-      return Vec2{static_cast<float>(u), static_cast<float>(std::acos(drawn.direction.y) / M_PI)};
-    };
-    test.density = [&](double s, double t) {
-      const double azimuth = 2 * M_PI * (0.5 - s), sine = std::sin(M_PI * t);
-      return map.pdf({sine * std::cos(azimuth), std::cos(M_PI * t), -sine * std::sin(azimuth)}) *
-             2 * M_PI * M_PI * sine;
-    };
-    EXPECT_EQ(test::chi2_test(test), "") << width;
-  }
+/// One of a map's two ways to draw directions.
+struct Way {
+  const char* name;
+  EnvironmentMap::Drawn (EnvironmentMap::*sample)(Vec2) const;
+  double (EnvironmentMap::*pdf)(const Vec3d&) const;
+};
+constexpr Way compensated{"compensated", &EnvironmentMap::sample, &EnvironmentMap::pdf};
+constexpr Way plain{"plain", &EnvironmentMap::sample_all, &EnvironmentMap::pdf_all};
+
+struct Case {
+  Way way;
+  int width, height;
+};
+
+class EnvironmentWays : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, EnvironmentWays,
+                         testing::Values(Case{compensated, 16, 8}, Case{compensated, 5, 3},
+                                         Case{compensated, 32, 16}, Case{plain, 16, 8},
+                                         Case{plain, 5, 3}, Case{plain, 32, 16}),
+                         [](const auto& test) {
+                           return test.param.way.name + std::to_string(test.param.width);
+                         });
+
+TEST_P(EnvironmentWays, samples_follow_their_density) {
+  const auto& [way, width, height] = GetParam();
+  const EnvironmentMap map = sky(width, height);
+  test::Chi2Case test;
+  test.bins_s = 2 * width;
+  test.bins_t = 2 * height;
+  test.samples = 300'000;
+  test.quadrature = 8;
+  test.sample = [&](test::Random& random) -> std::optional<Vec2> {
+    const EnvironmentMap::Drawn drawn = (map.*way.sample)(random.next2());
+    EXPECT_GT(drawn.pdf, 0);
+    EXPECT_NEAR((map.*way.pdf)(drawn.direction), drawn.pdf, 1e-9 * drawn.pdf);
+    EXPECT_GT(luminance(map.radiance(drawn.direction)), -1e-6);
+    const double u = 0.5 - std::atan2(-drawn.direction.z, drawn.direction.x) / (2 * M_PI);
+    return Vec2{static_cast<float>(u), static_cast<float>(std::acos(drawn.direction.y) / M_PI)};
+  };
+  test.density = [&](double s, double t) {
+    const double azimuth = 2 * M_PI * (0.5 - s), sine = std::sin(M_PI * t);
+    const Vec3d d{sine * std::cos(azimuth), std::cos(M_PI * t), -sine * std::sin(azimuth)};
+    return (map.*way.pdf)(d)*2 * M_PI * M_PI * sine;
+  };
+  EXPECT_EQ(test::chi2_test(test), "");
 }
 
 TEST(EnvironmentMap, is_never_bright_where_it_is_never_sampled) {
@@ -89,7 +113,11 @@ TEST(EnvironmentMap, is_never_bright_where_it_is_never_sampled) {
       const double azimuth = 2 * M_PI * static_cast<double>(random.next());
       const double sine = std::sqrt(1 - double{z} * double{z});
       const Vec3d d{sine * std::cos(azimuth), z, sine * std::sin(azimuth)};
-      if (luminance(map.radiance(d)) > 0) {
+      const float light = luminance(map.radiance(d));
+      if (light > 0) {
+        ASSERT_GT(map.pdf_all(d), 0);
+      }
+      if (light > luminance(map.mean())) {
         ASSERT_GT(map.pdf(d), 0);
       }
     }
@@ -97,6 +125,7 @@ TEST(EnvironmentMap, is_never_bright_where_it_is_never_sampled) {
 }
 
 TEST(EnvironmentMap, light_samples_sum_to_all_the_light_that_it_sends) {
+  // Where a picture is no brighter than its mean it is left to BSDFs; by area nothing is.
   const EnvironmentMap map = sky(24, 12);
   const Light light = {.shape = EnvironmentLight{{}, 1, &map}, .radiance = gray(2)};
   // Over all directions, by the middles of small cells.
@@ -113,17 +142,64 @@ TEST(EnvironmentMap, light_samples_sum_to_all_the_light_that_it_sends) {
   double sum = 0, squares = 0;
   constexpr int samples = 200'000;
   for (int i = 0; i < samples; ++i) {
-    const LightSample drawn = sample(light, {}, random.next2());
+    const LightSample drawn = sample_by_area(light, {}, random.next2());
     const double value = drawn.radiance.g / drawn.pdf;
     sum += value;
     squares += value * value;
-    ASSERT_NEAR(pdf(light, {}, {.wi = drawn.wi}) / drawn.pdf, 1, 0.05F) << i;
+    const LightSample brightest = sample(light, {}, random.next2());
+    ASSERT_NEAR(pdf(light, {}, {.wi = brightest.wi}) / brightest.pdf, 1, 0.05F) << i;
   }
   const double mean = sum / samples;
   const double error = std::sqrt((squares / samples - mean * mean) / samples);
   EXPECT_LT(error, 0.003 * expected);
   EXPECT_NEAR(mean, expected, 5 * error + 1e-3 * expected);
   EXPECT_NEAR(power(light).g, expected * M_PI, 0.02 * expected * M_PI);
+}
+
+/// Mean and variance of what a white Lambertian surface that faces up gets, by a light sample and
+/// a BSDF's each, weighed by the power heuristic.
+struct Spread {
+  double mean = 0, variance = 0;
+};
+Spread spread_of(const EnvironmentMap& map, const Way& way) {
+  test::Random random(9);
+  const auto cosine_pdf = [](const Vec3d& d) { return std::max(0.0, d.y) / M_PI; };
+  const auto weight = [](double a, double b) { return a * a / (a * a + b * b); };
+  const auto lit = [&](const Vec3d& d) { return double{map.radiance(d).g} * cosine_pdf(d); };
+  double sum = 0, squares = 0;
+  constexpr int samples = 400'000;
+  for (int i = 0; i < samples; ++i) {
+    double value = 0;
+    const EnvironmentMap::Drawn light = (map.*way.sample)(random.next2());
+    const double by_bsdf = cosine_pdf(light.direction);
+    if (by_bsdf > 0) value += lit(light.direction) / light.pdf * weight(light.pdf, by_bsdf);
+    const Vec2 u = random.next2();
+    const double r = std::sqrt(double{u.x}), turn = 2 * M_PI * double{u.y};
+    const Vec3d d{r * std::cos(turn), std::sqrt(1 - double{u.x}), r * std::sin(turn)};
+    if (const double pdf = cosine_pdf(d); pdf > 0)
+      value += lit(d) / pdf * weight(pdf, (map.*way.pdf)(d));
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / samples;
+  return {mean, squares / samples - mean * mean};
+}
+
+TEST(EnvironmentMap, compensated_samples_have_the_same_mean_and_less_variance_under_a_sun) {
+  // A bright sky and a sun that gives as much as a third of it.
+  std::vector<float> values(64 * 32, 1.0F);
+  values[64 * 8 + 20] = 400;
+  const EnvironmentMap map = map_of(64, 32, values);
+  const Spread all = spread_of(map, plain), some = spread_of(map, compensated);
+  EXPECT_NEAR(some.mean, all.mean, 5 * std::sqrt((all.variance + some.variance) / 400'000));
+  EXPECT_LT(some.variance, 0.8 * all.variance)
+      << "by " << some.variance << " against " << all.variance;
+}
+
+TEST(EnvironmentMap, one_that_is_even_is_drawn_evenly) {
+  const EnvironmentMap map = map_of(8, 4, std::vector<float>(32, 2.0F));
+  EXPECT_NEAR(map.pdf({1, 0, 0}) / map.pdf_all({1, 0, 0}), 1, 1e-6);
+  EXPECT_GT(map.sample({0.3F, 0.4F}).pdf, 0);
 }
 
 TEST(EnvironmentMap, a_black_one_gives_no_sample) {

@@ -161,8 +161,10 @@ TEST_P(ShapeMistakes, is_refused_at_its_place) {
 
 const ShapeMistake shapes[] = {
     {R"({"type": "spere", "material": "clay"})", 10, ".type",
-     "unknown shape type \"spere\"; did you mean \"sphere\"? (expected one of: quad, sphere, box, "
-     "mesh)"},
+     "unknown shape type \"spere\"; did you mean \"sphere\"? (expected one of: quad, disk, "
+     "sphere, box, mesh)"},
+    {R"({"type": "disk", "material": "clay", "normal": [0, 0, 0]})", 48, ".normal",
+     "a normal needs a length"},
     {R"({"type": "sphere"})", 1, ".material", "is required, and is not there"},
     {R"({"type": "sphere", "material": "cly"})", 32, ".material",
      "unknown material \"cly\"; did you mean \"clay\"?"},

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "worker/render/lights/environment_map.hpp"
 #include "worker/render/warp.hpp"
 
 namespace tessera::render {
@@ -21,6 +22,16 @@ AreaPoint point_on(const QuadLight& quad, const Vec3d& from, Vec2 u) {
   return {to_double(quad.corner) - from + edge_u * static_cast<double>(u.x) +
               edge_v * static_cast<double>(u.y),
           normal / area, area};
+}
+
+AreaPoint point_on(const DiskLight& disk, const Vec3d& from, Vec2 u) {
+  const Vec3d axis_u = to_double(disk.axis_u), axis_v = to_double(disk.axis_v);
+  const Vec3d normal = cross(axis_u, axis_v);
+  const double box = length(normal);
+  const Vec2 at = square_to_disk(u);
+  return {to_double(disk.center) - from + axis_u * static_cast<double>(at.x) +
+              axis_v * static_cast<double>(at.y),
+          normal / box, pi_d * box};
 }
 
 AreaPoint point_on(const TriangleLight& triangle, const Vec3d& from, Vec2 u) {
@@ -65,11 +76,21 @@ LightSample sample_by_area(const Light& light, const LightContext& context, Vec2
   if (const auto* quad = std::get_if<QuadLight>(&light.shape)) {
     return towards(light, *quad, context, u);
   }
+  if (const auto* disk = std::get_if<DiskLight>(&light.shape)) {
+    return towards(light, *disk, context, u);
+  }
   if (const auto* triangle = std::get_if<TriangleLight>(&light.shape)) {
     return towards(light, *triangle, context, u);
   }
   if (const auto* sphere = std::get_if<SphereLight>(&light.shape)) {
     return towards(light, *sphere, context, u);
+  }
+  const auto* environment = std::get_if<EnvironmentLight>(&light.shape);
+  if (environment != nullptr && environment->map != nullptr) {
+    const EnvironmentMap::Drawn drawn = environment->map->sample_all(u);
+    return {.wi = to_float(drawn.direction),
+            .radiance = light.radiance * environment->map->radiance(drawn.direction),
+            .pdf = static_cast<float>(drawn.pdf)};
   }
   return sample(light, context, u);
 }

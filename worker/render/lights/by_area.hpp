@@ -8,7 +8,7 @@ namespace tessera::render {
 /// simplest way (Shirley, Wang, Zimmerman, "Monte Carlo Techniques for Direct Lighting
 /// Calculations", 1996, uniform in area), and what the report did; sample() knows better ways. From
 /// outside, half of a sphere's points are turned away and give nothing. The environment has no
-/// area: for it this is sample().
+/// area: a picture is drawn in proportion to all of its light, a constant one as by sample().
 LightSample sample_by_area(const Light& light, const LightContext& context, Vec2 u);
 
 }  // namespace tessera::render

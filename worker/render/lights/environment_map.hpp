@@ -1,14 +1,12 @@
 #pragma once
-#include <cstdint>
-#include <vector>
-
+#include "worker/render/lights/cell_density.hpp"
 #include "worker/render/textures/pyramid.hpp"
 #include "worker/render/vec.hpp"
 
 namespace tessera::render {
 
-/// A picture of all that is infinitely far, and directions drawn in proportion to what comes from
-/// there. Direction (x, y, z) shows the point u = ½ − atan2(−z, x)/2π from the picture's left and
+/// A picture of all that is infinitely far, and directions drawn by what comes from there.
+/// Direction (x, y, z) shows the point u = ½ − atan2(−z, x)/2π from the picture's left and
 /// v = acos(y)/π from its top, after the surroundings are turned about +y. Between texels it is
 /// bilinear.
 class EnvironmentMap {
@@ -23,29 +21,33 @@ class EnvironmentMap {
     Vec3d direction;
     double pdf = 0;  ///< per solid angle
   };
-  /// pdf 0 where the picture is black.
+  /// Drawn by how much brighter than the mean it is there: what is left, directions drawn from
+  /// BSDFs find, and with multiple importance sampling the two together come nearer to the light
+  /// than one that follows all of it (Karlík, Šik, Vévoda, Skřivan, Křivánek, "MIS Compensation:
+  /// Optimizing Sampling Techniques in Multiple Importance Sampling", 2019). Where the picture is
+  /// no brighter than its mean nothing is drawn, so this is for estimators alone that find light by
+  /// BSDFs too and weigh it by pdf(). pdf 0 where the picture is black.
   [[nodiscard]] Drawn sample(Vec2 u) const;
   /// With which sample() gives a unit direction.
   [[nodiscard]] double pdf(const Vec3d& direction) const;
+  /// In proportion to all that comes: for estimators that find this light in no other way.
+  [[nodiscard]] Drawn sample_all(Vec2 u) const;
+  [[nodiscard]] double pdf_all(const Vec3d& direction) const;
 
   /// The mean over all directions.
   [[nodiscard]] const Color& mean() const { return mean_; }
 
  private:
-  /// A point of the picture, 0 ≤ x, y ≤ 1.
-  struct Point {
-    double x, y;
-  };
-  [[nodiscard]] Point point_of(const Vec3d& direction) const;
+  /// A place of the picture, 0 ≤ x, y ≤ 1.
+  [[nodiscard]] CellDensity::Point point_of(const Vec3d& direction) const;
+  [[nodiscard]] double pdf_by(const CellDensity& cells, const Vec3d& direction) const;
+  [[nodiscard]] Drawn sample_by(const CellDensity& cells, Vec2 u) const;
+  void take_mean();
   void weigh();
 
   Pyramid picture_;
   double turn_;  ///< in turns
-  /// Cells in which the density is constant over the picture; each holds whole texels. What is
-  /// kept of them are running sums, row by row and over the rows.
-  int columns_ = 0, rows_ = 0;
-  std::vector<float> in_row_;   ///< rows of columns_ + 1, each from 0 to 1
-  std::vector<float> of_rows_;  ///< rows_ + 1, from 0 to 1
+  CellDensity plain_, compensated_;
   Color mean_;
 };
 

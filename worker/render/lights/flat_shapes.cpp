@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/render/lights/plane.hpp"
 #include "worker/render/lights/shapes.hpp"
 #include "worker/render/lights/spherical_rectangle.hpp"
 #include "worker/render/lights/spherical_triangle.hpp"
@@ -17,29 +18,6 @@ constexpr double least_triangle_angle = 3e-5;
 /// Cosine between edges below which a parallelogram is a rectangle: what rounding leaves of a right
 /// angle in float.
 constexpr double right_angle = 4e-6;
-
-/// A plane as seen from the lit point.
-struct Plane {
-  Vec3d corner;  ///< a point of it
-  Vec3d normal;  ///< its length is the parallelogram's area
-  double below;  ///< of the lit point, along the normal: positive if it sees the back
-
-  Plane(const Vec3d& corner_, const Vec3d& u, const Vec3d& v)
-      : corner(corner_), normal(cross(u, v)), below(dot(corner_, normal)) {}
-
-  [[nodiscard]] bool visible(bool two_sided) const { return two_sided ? below != 0 : below < 0; }
-  /// From a density uniform over `part` of the parallelogram to one per solid angle.
-  [[nodiscard]] double pdf_by_area(double part, double distance, const Vec3d& wi) const {
-    const double seen = std::abs(dot(wi, normal)) * part;
-    return seen > 0 ? distance * distance / seen : 0;
-  }
-  [[nodiscard]] double distance_along(const Vec3d& wi) const { return below / dot(wi, normal); }
-};
-
-ShapeSample towards(const Vec3d& point, double pdf) {
-  const double distance = length(point);
-  return {.wi = point * (1 / distance), .distance = distance, .pdf = pdf};
-}
 
 ShapeSample along(const Plane& plane, const Vec3d& wi, double pdf) {
   const double distance = plane.distance_along(wi);

@@ -13,6 +13,9 @@ namespace {
 Vec3d normal_of(const QuadLight& quad) {
   return cross(to_double(quad.edge_u), to_double(quad.edge_v));
 }
+Vec3d normal_of(const DiskLight& disk) {
+  return cross(to_double(disk.axis_u), to_double(disk.axis_v));
+}
 Vec3d normal_of(const TriangleLight& t) {
   const Vec3d a = to_double(t.a);
   return cross(to_double(t.b) - a, to_double(t.c) - a);
@@ -21,6 +24,9 @@ Vec3d normal_of(const TriangleLight& t) {
 /// True if p, seen along -wi from the light, is on the side to which it emits.
 bool faces(const QuadLight& quad, const LightContext&, const Vec3& wi) {
   return dot(normal_of(quad), to_double(wi)) < 0;
+}
+bool faces(const DiskLight& disk, const LightContext&, const Vec3& wi) {
+  return dot(normal_of(disk), to_double(wi)) < 0;
 }
 bool faces(const TriangleLight& triangle, const LightContext&, const Vec3& wi) {
   return dot(normal_of(triangle), to_double(wi)) < 0;
@@ -45,6 +51,12 @@ Bounds3 bounds_of(const QuadLight& quad) {
   box.grow(quad.corner + quad.edge_u + quad.edge_v);
   return box;
 }
+Bounds3 bounds_of(const DiskLight& disk) {
+  const Vec3d u = to_double(disk.axis_u), v = to_double(disk.axis_v);
+  const auto reach = [](double a, double b) { return std::sqrt(a * a + b * b); };
+  const Vec3 half = to_float({reach(u.x, v.x), reach(u.y, v.y), reach(u.z, v.z)});
+  return {disk.center - half, disk.center + half};
+}
 Bounds3 bounds_of(const TriangleLight& triangle) {
   Bounds3 box;
   box.grow(triangle.a);
@@ -64,6 +76,7 @@ Bounds3 bounds_of(const SunLight&) { return {}; }
 
 /// What the power of radiance 1 is on one side: ∫∫ cos θ dω dA, in m²·sr.
 double etendue_of(const QuadLight& quad) { return pi_d * length(normal_of(quad)); }
+double etendue_of(const DiskLight& disk) { return pi_d * pi_d * length(normal_of(disk)); }
 double etendue_of(const TriangleLight& t) { return 0.5 * pi_d * length(normal_of(t)); }
 double etendue_of(const SphereLight& sphere) {
   return 4 * pi_d * pi_d * static_cast<double>(sphere.radius) * sphere.radius;
@@ -89,6 +102,7 @@ double etendue_of(const SunLight& sun) {
 
 /// The area that is seen from where most of it is, m²; 1 where radiance stands for intensity.
 double seen_area_of(const QuadLight& quad) { return etendue_of(quad) / pi_d; }
+double seen_area_of(const DiskLight& disk) { return etendue_of(disk) / pi_d; }
 double seen_area_of(const TriangleLight& triangle) { return etendue_of(triangle) / pi_d; }
 double seen_area_of(const SphereLight& sphere) {
   return pi_d * static_cast<double>(sphere.radius) * sphere.radius;
@@ -118,6 +132,7 @@ EmissionCone flat_cone(const Flat& flat, bool two_sided) {
   return {.axis = to_float(normalize(normal_of(flat))), .cos_theta_o = two_sided ? -1.0F : 1.0F};
 }
 EmissionCone cone_of(const QuadLight& quad, bool two_sided) { return flat_cone(quad, two_sided); }
+EmissionCone cone_of(const DiskLight& disk, bool two_sided) { return flat_cone(disk, two_sided); }
 EmissionCone cone_of(const TriangleLight& t, bool two_sided) { return flat_cone(t, two_sided); }
 EmissionCone cone_of(const SphereLight&, bool) { return {}; }
 EmissionCone cone_of(const EnvironmentLight&, bool) { return {}; }

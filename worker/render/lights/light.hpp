@@ -18,6 +18,14 @@ struct QuadLight {
   QuadLight() = default;
   QuadLight(const Vec3& corner_, const Vec3& edge_u_, const Vec3& edge_v_);
 };
+/// Ellipse center + s·axis_u + t·axis_v, s² + t² ≤ 1; it emits on the side of axis_u × axis_v.
+struct DiskLight {
+  Vec3 center, axis_u, axis_v;
+  bool circle = false;  ///< its axes are alike and at right angles, but for rounding in float
+
+  DiskLight() = default;
+  DiskLight(const Vec3& center_, const Vec3& axis_u_, const Vec3& axis_v_);
+};
 /// It emits on the side of (b − a) × (c − a).
 struct TriangleLight {
   Vec3 a, b, c;
@@ -65,7 +73,7 @@ constexpr std::uint32_t no_id = 0xffffffffU;
 
 struct Light {
   std::variant<QuadLight, TriangleLight, SphereLight, EnvironmentLight, PointLight, SpotLight,
-               DirectionalLight, SunLight>
+               DirectionalLight, SunLight, DiskLight>
       shape;
   Color radiance;
   bool two_sided = false;

@@ -23,6 +23,11 @@ ShapeSample sample_shape(const QuadLight& quad, bool two_sided, const LightConte
 double pdf_shape(const QuadLight& quad, bool two_sided, const LightContext& context,
                  const LightHit& hit);
 
+ShapeSample sample_shape(const DiskLight& disk, bool two_sided, const LightContext& context,
+                         Vec2 u);
+double pdf_shape(const DiskLight& disk, bool two_sided, const LightContext& context,
+                 const LightHit& hit);
+
 ShapeSample sample_shape(const TriangleLight& triangle, bool two_sided, const LightContext& context,
                          Vec2 u);
 double pdf_shape(const TriangleLight& triangle, bool two_sided, const LightContext& context,
