@@ -106,7 +106,7 @@ void add_focus(CLI::App& app, Line& line) {
     line.command = [&line](const Settings& settings) {
       const JobId job = job_from(line.job);
       if (*line.focus == "none") return focus(settings, job, std::nullopt);
-      return focus(settings, job, focus_from(*line.focus));
+      return focus(settings, job, rect_from(*line.focus, "--focus"));
     };
   });
 }

@@ -14,8 +14,8 @@ namespace tessera::client {
 struct Line {
   GivenSettings flags;
   bool json = false;
-  std::optional<std::string> size, focus, time;  ///< as they were given
-  RenderOptions render;                          ///< its `job` is submit's too
+  std::optional<std::string> size, crop, focus, time;  ///< as they were given
+  RenderOptions render;                                ///< its `job` is submit's too
   WedgeOptions wedge;
   FetchOptions fetch;
   SetOptions set;

@@ -17,6 +17,15 @@ std::string one_of(const Names& names) {
 void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
   command.add_option("scene", job.scene, "The scene file")->required()->type_name("SCENE");
   command.add_option("--size", line.size, "Film in pixels; else the scene's")->type_name("WxH");
+  command
+      .add_option("--pixel-aspect", job.pixel_aspect,
+                  "Width of a pixel over its height; else the scene's")
+      ->type_name("X");
+  command
+      .add_option("--crop", line.crop,
+                  "Render these pixels of the film alone, each as in the whole picture: "
+                  "WxH+X+Y or X,Y,W,H")
+      ->type_name("RECTANGLE");
   command.add_option("--samples", job.samples, "Samples of each pixel; else the scene's")
       ->type_name("N");
   command.add_option("--bounces", job.bounces, "Bounces; 0 is emission and direct light")
@@ -31,6 +40,14 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
   command.add_option("--sampler", job.sampler, one_of(scene::sampler_names))->type_name("NAME");
   command.add_option("--light-samples", job.light_samples, "Light samples at each hit")
       ->type_name("N");
+  command
+      .add_option("--clamp-direct", job.clamp_direct,
+                  "Most that light from one surface may add to a sample; biased; 0 is off (0)")
+      ->type_name("X");
+  command
+      .add_option("--clamp-indirect", job.clamp_indirect,
+                  "The same of light that met several surfaces: no fireflies, and caustics darker")
+      ->type_name("X");
   command.add_option("--seed", job.seed, "Another seed gives other noise")->type_name("N");
   command.add_option("--tile", job.tile, "Side of a tile in pixels (64)")->type_name("N");
   command.add_option("--pass", job.pass, "Most samples of a pass (256)")->type_name("N");
@@ -54,6 +71,11 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
                   "End at a whole pass when this much time is up: 90 (seconds), 10m, 1h30m; "
                   "--samples is then the most")
       ->type_name("LIMIT");
+  command
+      .add_option("--noise", job.noise_threshold,
+                  "End at a whole pass when pixels are off by this share of their light in the "
+                  "mean: 0.01 is one in a hundred; --samples is then the most")
+      ->type_name("LEVEL");
   command.add_option("--max-workers", job.max_workers, "Most workers at once; 0: no limit (0)")
       ->type_name("N");
 }
@@ -65,7 +87,8 @@ void take_texts(const Line& line, JobOptions& job) {
     job.width = size.width;
     job.height = size.height;
   }
-  if (line.focus) job.focus = focus_from(*line.focus);
+  if (line.focus) job.focus = rect_from(*line.focus, "--focus");
+  if (line.crop) job.crop = rect_from(*line.crop, "--crop");
   if (line.time) job.time_limit_seconds = time_from(*line.time);
 }
 

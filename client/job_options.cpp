@@ -19,8 +19,10 @@ Error at_flag(const Error& error) {
   std::string key = error.place().key;
   if (key.starts_with("render.")) key = key.substr(7);
   if (key == "width" || key == "height") key = "size";
-  if (key.starts_with("focus.")) key = "focus";
+  for (const char* rect : {"focus", "crop"})
+    if (key.starts_with(rect + std::string("."))) key = rect;
   if (key == "time_limit_seconds") key = "time";
+  if (key == "noise_threshold") key = "noise";
   std::replace(key.begin(), key.end(), '_', '-');
   return Error(error.kind(), error.message(), {.file = {}, .key = key.empty() ? key : "--" + key});
 }
@@ -88,28 +90,38 @@ Size size_from(std::string_view text) {
               {.file = {}, .key = "--size"});
 }
 
-Rect focus_from(std::string_view text) {
-  Rect out;
+namespace {
+/// Whole numbers without signs, each behind its sign of `before`.
+std::optional<std::array<int, 4>> numbers_behind(std::string_view before, std::string_view text) {
+  std::array<int, 4> out{};
   const char* at = text.data();
   const char* const last = text.data() + text.size();
-  const auto read = [&](int& value, std::string_view before) {
-    if (!before.empty()) {
-      if (at == last || *at != before.front()) return false;
-      ++at;
-    }
-    if (at == last || *at < '0' || *at > '9') return false;  // no sign
-    const auto [end, problem] = std::from_chars(at, last, value);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (i > 0 && (at == last || *at++ != before[i])) return std::nullopt;
+    if (at == last || *at < '0' || *at > '9') return std::nullopt;
+    const auto [end, problem] = std::from_chars(at, last, out.at(i));
+    if (problem != std::errc()) return std::nullopt;
     at = end;
-    return problem == std::errc();
-  };
-  if (read(out.width, "") && read(out.height, "x") && read(out.x, "+") && read(out.y, "+") &&
-      at == last)
-    return out;
+  }
+  if (at != last) return std::nullopt;
+  return out;
+}
+}  // namespace
+
+Rect rect_from(std::string_view text, const char* flag) {
+  if (const auto size_first = numbers_behind(" x++", text)) {
+    const auto [width, height, x, y] = *size_first;
+    return {x, y, width, height};
+  }
+  if (const auto place_first = numbers_behind(" ,,,", text)) {
+    const auto [x, y, width, height] = *place_first;
+    return {x, y, width, height};
+  }
   throw Error(ErrorKind::bad_input,
-              fmt::format("expected WIDTHxHEIGHT+X+Y in pixels, such as 256x128+640+300, found "
-                          "\"{}\"",
+              fmt::format("expected WIDTHxHEIGHT+X+Y or X,Y,WIDTH,HEIGHT in pixels, such as "
+                          "256x128+640+300, found \"{}\"",
                           excerpt(text)),
-              {.file = {}, .key = "--focus"});
+              {.file = {}, .key = flag});
 }
 
 double time_from(std::string_view text) {
@@ -163,6 +175,11 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.fps, options.fps);
   take(spec.max_workers, options.max_workers);
   take(spec.time_limit_seconds, options.time_limit_seconds);
+  take(spec.noise_threshold, options.noise_threshold);
+  take(spec.render.pixel_aspect, options.pixel_aspect);
+  take(spec.render.clamp_direct, options.clamp_direct);
+  take(spec.render.clamp_indirect, options.clamp_indirect);
+  if (options.crop) spec.render.crop = options.crop;
   spec.focus = options.focus;
   try {
     if (options.order) spec.order = order_from(*options.order);

@@ -20,8 +20,9 @@ struct Size {
 /// "WIDTHxHEIGHT" in pixels. Throws Error{bad_input}.
 Size size_from(std::string_view text);
 
-/// "WxH+X+Y": a rectangle of pixels, from the film's upper left corner. Throws Error{bad_input}.
-Rect focus_from(std::string_view text);
+/// "WxH+X+Y" or "X,Y,W,H": a rectangle of pixels, from the film's upper left corner. Throws
+/// Error{bad_input} at `flag`.
+Rect rect_from(std::string_view text, const char* flag);
 /// Seconds from "90", "90s", "10m", "1h30m", "2d": whole numbers, each unit once at most, the
 /// larger first; a bare number is seconds. Throws Error{bad_input}.
 double time_from(std::string_view text);
@@ -45,6 +46,11 @@ struct JobOptions {
   std::optional<int> pass;
   std::optional<std::string> order;
   std::optional<Rect> focus;
+  std::optional<Rect> crop;
+  std::optional<double> pixel_aspect;
+  std::optional<double> clamp_direct;
+  std::optional<double> clamp_indirect;
+  std::optional<double> noise_threshold;
   std::optional<double> time_limit_seconds;
   std::optional<int> max_workers;
   std::optional<std::string> frames;  ///< as frames_from_text reads them; else frame 1

@@ -77,6 +77,8 @@ const std::vector<JobParameter>& job_parameters() {
       parameter<&JobOptions::bounces>("bounces"),
       parameter<&JobOptions::integrator>("integrator"),
       parameter<&JobOptions::sampler>("sampler"),
+      parameter<&JobOptions::clamp_direct>("clamp_direct"),
+      parameter<&JobOptions::clamp_indirect>("clamp_indirect"),
       parameter<&JobOptions::seed>("seed"),
       parameter<&JobOptions::filter>("filter"),
       parameter<&JobOptions::filter_width>("filter_width"),

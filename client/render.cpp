@@ -72,12 +72,12 @@ int render(const Settings& settings, const RenderOptions& options) {
     throw;
   }
   const double total = elapsed();
-  if (settings.json)
-    print_json(report(options, prepared, job, threads, total));
-  else
+  if (settings.json) print_json(report(options, prepared, job, threads, total));
+  const Rect window = prepared.spec.render.window();
+  if (!settings.json)
     fmt::print("{}: {}x{}, {} samples a pixel, {:.1f} s (rendering {:.1f} s, {} rays/s)\n",
-               options.output.string(), prepared.spec.render.width, prepared.spec.render.height,
-               job.samples, total, job.render_seconds,
+               options.output.string(), window.width, window.height, job.samples, total,
+               job.render_seconds,
                count_text(static_cast<double>(job.rays) / std::max(job.render_seconds, 1e-9)));
   return 0;
 }

@@ -70,7 +70,8 @@ SheetContent content_of(const WedgePlan& plan, const PreparedWedge& prepared, in
   for (const WedgeCell& cell : plan.cells)
     if (cell.column == 0 && cell.row == 0) out.blocks.push_back(heading_of(plan, cell));
   for (const JobSpec& job : prepared.jobs) {
-    const PictureSize size = fitted({job.render.width, job.render.height}, cell_width);
+    const Rect window = job.render.window();
+    const PictureSize size = fitted({window.width, window.height}, cell_width);
     out.cell_width = std::max(out.cell_width, size.width);
     out.cell_height = std::max(out.cell_height, size.height);
   }

@@ -21,6 +21,9 @@ constexpr int pass_samples_max = 1024;
 constexpr std::int64_t tasks_max = 64LL << 20;  ///< tasks of one job
 constexpr int bounces_max = 1024;
 constexpr int light_samples_max = 1024;
+constexpr double pixel_aspect_min = 0.01;
+constexpr double pixel_aspect_max = 100;
+constexpr double clamp_max = 1e30;  ///< the most that light may be clamped to
 
 // The wire.
 constexpr std::size_t wire_header_before_welcome = 4 * KiB;

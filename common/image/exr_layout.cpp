@@ -94,7 +94,7 @@ std::vector<std::byte> exr_header(const ExrLayout& layout,
   out.attribute_of("displayWindow", "box2i",
                    Box{0, 0, layout.film_width - 1, layout.film_height - 1});
   out.attribute_of("lineOrder", "lineOrder", increasing_y);
-  out.attribute_of("pixelAspectRatio", "float", 1.0F);
+  out.attribute_of("pixelAspectRatio", "float", layout.pixel_aspect);
   out.attribute_of("screenWindowCenter", "v2f", std::array<float, 2>{0, 0});
   out.attribute_of("screenWindowWidth", "float", 1.0F);
   out.attribute_of("chromaticities", "chromaticities", rec709);

@@ -17,7 +17,8 @@ namespace tessera::image {
 struct ExrLayout {
   Rect data;  ///< data window
   int film_width = 0;
-  int film_height = 0;                     ///< display window, from (0, 0)
+  int film_height = 0;  ///< display window, from (0, 0)
+  float pixel_aspect = 1;
   std::vector<std::string_view> channels;  ///< ascending by bytes
   Compression compression = Compression::none;
 

@@ -74,6 +74,7 @@ namespace {
 
 Metadata metadata_in(const Imf::Header& header) {
   Metadata metadata;
+  metadata.set_pixel_aspect(header.pixelAspectRatio());
   for (auto it = header.begin(); it != header.end(); ++it) {
     const std::string_view name = it.name();
     const Imf::Attribute& attribute = it.attribute();

@@ -47,8 +47,9 @@ class RowsInMemory : public FrameRows {
     assert(frame.values.size() == channel_count * frame.pixels() &&
            frame.samples.size() == frame.pixels());
   }
-  [[nodiscard]] int width() const override { return frame_.width; }
-  [[nodiscard]] int height() const override { return frame_.height; }
+  [[nodiscard]] int film_width() const override { return frame_.width; }
+  [[nodiscard]] int film_height() const override { return frame_.height; }
+  [[nodiscard]] Rect window() const override { return {0, 0, frame_.width, frame_.height}; }
   void values(std::size_t channel, int y, std::span<float> row) const override {
     copy(frame_.plane(channel), y, row);
   }
@@ -126,9 +127,10 @@ class RowWriter {
 void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
                Compression compression) {
   const std::vector<OutputChannel> channels = output_channels();
-  ExrLayout layout{.data = {0, 0, frame.width(), frame.height()},
-                   .film_width = frame.width(),
-                   .film_height = frame.height(),
+  ExrLayout layout{.data = frame.window(),
+                   .film_width = frame.film_width(),
+                   .film_height = frame.film_height(),
+                   .pixel_aspect = metadata.pixel_aspect(),
                    .channels = {},
                    .compression = compression};
   for (const auto& channel : channels) layout.channels.push_back(channel.name);
@@ -148,7 +150,8 @@ void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
     std::span<const std::byte> packed;
     if (compression == Compression::zip) packed = zip.compress(raw);
     if (packed.empty()) packed = raw;
-    const std::array<std::int32_t, 2> leader{y, static_cast<std::int32_t>(packed.size())};
+    const std::array<std::int32_t, 2> leader{layout.data.y + y,
+                                             static_cast<std::int32_t>(packed.size())};
     sink.append(std::as_bytes(std::span(leader)));
     sink.append(packed);
     offsets[i] = end;

@@ -67,6 +67,10 @@ Metadata metadata_of(const JobSpec& job, std::int32_t frame) {
   metadata.set("tessera.sampler", render.sampler);
   metadata.set("tessera.filter", render.filter);
   metadata.set("tessera.filter_width", render.filter_width);
+  // Clamped light is biased, so whoever opens the file is told.
+  if (render.clamp_direct > 0) metadata.set("tessera.clamp_direct", render.clamp_direct);
+  if (render.clamp_indirect > 0) metadata.set("tessera.clamp_indirect", render.clamp_indirect);
+  metadata.set_pixel_aspect(static_cast<float>(render.pixel_aspect));
   return metadata;
 }
 

@@ -21,7 +21,8 @@ using AttributeValue = std::variant<std::string, std::int32_t, float, double, Ma
 /// What a picture's header says of how it was made: named values in the order in which they were
 /// first set. Equal metadata gives equal bytes. Which values are usual: tessera.scene (the bundle's
 /// digest), tessera.camera, tessera.frame, tessera.seed, tessera.samples, tessera.integrator,
-/// tessera.light_samples, tessera.sampler, tessera.filter, tessera.bounces, tessera.build,
+/// tessera.light_samples, tessera.clamp_direct and tessera.clamp_indirect (where light was
+/// clamped), tessera.sampler, tessera.filter, tessera.bounces, tessera.build,
 /// tessera.render_seconds (wall clock, from the job's first lease to its last fold),
 /// tessera.cpu_seconds (CPU time of the threads that rendered, summed over all of the job's
 /// results: what the samples cost, whoever else used the machines), and of OpenEXR's own: software,
@@ -43,9 +44,13 @@ class Metadata {
   /// The value as a person reads it, numbers in decimal; empty if it is not there.
   [[nodiscard]] std::string text(std::string_view name) const;
   [[nodiscard]] const std::vector<Attribute>& attributes() const { return attributes_; }
+  /// Width of a pixel over its height: OpenEXR's pixelAspectRatio, which every file has.
+  void set_pixel_aspect(float ratio) { pixel_aspect_ = ratio; }
+  [[nodiscard]] float pixel_aspect() const { return pixel_aspect_; }
   bool operator==(const Metadata&) const = default;
 
  private:
+  float pixel_aspect_ = 1;
   std::vector<Attribute> attributes_;
 };
 

@@ -38,9 +38,13 @@ struct FrameImage {
 class FrameRows {
  public:
   virtual ~FrameRows() = default;
-  [[nodiscard]] virtual int width() const = 0;
-  [[nodiscard]] virtual int height() const = 0;
-  /// Of one channel of channel_table(), as in FrameImage. `row` has the frame's width.
+  [[nodiscard]] virtual int film_width() const = 0;
+  [[nodiscard]] virtual int film_height() const = 0;
+  /// The pixels of the film that there are; y and rows below count from its upper left.
+  [[nodiscard]] virtual Rect window() const = 0;
+  [[nodiscard]] int width() const { return window().width; }
+  [[nodiscard]] int height() const { return window().height; }
+  /// Of one channel of channel_table(), as in FrameImage. `row` has the window's width.
   virtual void values(std::size_t channel, int y, std::span<float> row) const = 0;
   virtual void samples(int y, std::span<std::uint32_t> row) const = 0;
 };
@@ -61,7 +65,8 @@ enum class Compression {
 
 /// An EXR file of one part, scan lines of 32-bit float, Rec. 709 primaries: R, G, B, A
 /// (premultiplied), variance.R/G/B (of the pixel's mean: M2/(n(n−1)), 0 for n < 2), albedo.R/G/B,
-/// N.X/Y/Z, Z, samples (n of the pixel). Equal content and metadata give equal bytes. Neither the
+/// N.X/Y/Z, Z, samples (n of the pixel). The display window is the film, the data window what was
+/// rendered of it. Equal content and metadata give equal bytes. Neither the
 /// frame nor the file is in memory as a whole: 16 rows are.
 void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
                Compression compression = Compression::zip);

@@ -15,6 +15,7 @@ namespace tessera {
 namespace {
 
 constexpr double time_limit_most = 365.25 * 24 * 3600;
+constexpr double noise_most = 1000;
 constexpr double fps_least = 0.001, fps_most = 10'000;
 
 constexpr std::array<std::string_view, 3> order_names{"hilbert", "center", "scanline"};
@@ -28,17 +29,24 @@ void within(const char* key, std::int64_t value, std::int64_t low, std::int64_t 
     bad(key, fmt::format("expected a whole number from {} to {}, found {}", low, high, value));
 }
 
+/// What a scene of before there were such keys has no need of stays away, so that jobs that were
+/// accepted then keep their plan's digest.
 Json render_json(const RenderSettings& render) {
-  return {{"width", render.width},
-          {"height", render.height},
-          {"samples", render.samples},
-          {"bounces", render.bounces},
-          {"integrator", render.integrator},
-          {"sampler", render.sampler},
-          {"filter", render.filter},
-          {"filter_width", render.filter_width},
-          {"light_samples", render.light_samples},
-          {"seed", render.seed}};
+  Json out = {{"width", render.width},
+              {"height", render.height},
+              {"samples", render.samples},
+              {"bounces", render.bounces},
+              {"integrator", render.integrator},
+              {"sampler", render.sampler},
+              {"filter", render.filter},
+              {"filter_width", render.filter_width},
+              {"light_samples", render.light_samples},
+              {"seed", render.seed}};
+  if (render.pixel_aspect != 1) out["pixel_aspect"] = render.pixel_aspect;
+  if (render.crop) out["crop"] = to_json(*render.crop);
+  if (render.clamp_direct > 0) out["clamp_direct"] = render.clamp_direct;
+  if (render.clamp_indirect > 0) out["clamp_indirect"] = render.clamp_indirect;
+  return out;
 }
 
 RenderSettings render_from(const Json& json, const std::string& path) {
@@ -56,6 +64,12 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.light_samples = static_cast<int>(
       in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
   render.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
+  render.pixel_aspect = in.number_or("pixel_aspect", limits::pixel_aspect_min,
+                                     limits::pixel_aspect_max, render.pixel_aspect);
+  render.clamp_direct = in.number_or("clamp_direct", 0, limits::clamp_max, 0);
+  render.clamp_indirect = in.number_or("clamp_indirect", 0, limits::clamp_max, 0);
+  if (const Json* crop = in.optional("crop"))
+    render.crop = rect_from_json(*crop, in.path_of("crop"));
   in.finish();
   return render;
 }
@@ -84,6 +98,22 @@ FrameList frames_from(const Json& json, const std::string& path) {
   for (const Json& one : json)
     list.ranges.push_back(range_from(one, fmt::format("{}[{}]", path, list.ranges.size())));
   return list;
+}
+
+/// Along one side of a rectangle.
+struct Span {
+  int first, count;
+};
+void check_span(const std::string& first_key, const std::string& count_key, const Span& span,
+                const Span& all) {
+  const int end = all.first + all.count;
+  within(first_key.c_str(), span.first, all.first, end - 1);
+  within(count_key.c_str(), span.count, 1, end - span.first);
+}
+
+void check_rect(const std::string& key, const Rect& rect, const Rect& all) {
+  check_span(key + ".x", key + ".width", {rect.x, rect.width}, {all.x, all.width});
+  check_span(key + ".y", key + ".height", {rect.y, rect.height}, {all.y, all.height});
 }
 
 Json range_json(const FrameRange& range) {
@@ -139,10 +169,7 @@ Rect rect_from_json(const nlohmann::json& json, const std::string& path) {
 }
 
 void check_focus(const Rect& focus, const RenderSettings& film) {
-  within("focus.x", focus.x, 0, film.width - 1);
-  within("focus.y", focus.y, 0, film.height - 1);
-  within("focus.width", focus.width, 1, film.width - focus.x);
-  within("focus.height", focus.height, 1, film.height - focus.y);
+  check_rect("focus", focus, film.window());
 }
 
 double time_of(const JobSpec& spec, std::int32_t frame) {
@@ -162,6 +189,15 @@ void check(const JobSpec& spec) {
     bad("render.width",
         fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
                     render.width, render.height, limits::film_pixels_max));
+  if (render.crop) check_rect("render.crop", *render.crop, {0, 0, render.width, render.height});
+  if (!(render.pixel_aspect >= limits::pixel_aspect_min &&
+        render.pixel_aspect <= limits::pixel_aspect_max))
+    bad("render.pixel_aspect", fmt::format("expected a number from {} to {}",
+                                           limits::pixel_aspect_min, limits::pixel_aspect_max));
+  for (const auto& [key, value] : {std::pair("render.clamp_direct", render.clamp_direct),
+                                   std::pair("render.clamp_indirect", render.clamp_indirect)})
+    if (!(value >= 0 && value <= limits::clamp_max))
+      bad(key, fmt::format("expected a number from 0 (off) to {}", limits::clamp_max));
   within("render.samples", render.samples, 1, limits::samples_max);
   within("render.bounces", render.bounces, 0, limits::bounces_max);
   within("render.light_samples", render.light_samples, 1, limits::light_samples_max);
@@ -186,8 +222,12 @@ void check(const JobSpec& spec) {
     bad("time_limit_seconds", fmt::format("expected a number from 0 to {}", time_limit_most));
   if (spec.time_limit_seconds > 0 && spec.frames.count() > 1)
     bad("time_limit_seconds", "expected a job of one frame, to limit its time");
-  const std::int64_t tiles = ((render.width + spec.tile - 1LL) / spec.tile) *
-                             ((render.height + spec.tile - 1LL) / spec.tile);
+  if (!(spec.noise_threshold >= 0 && spec.noise_threshold <= noise_most))
+    bad("noise_threshold", fmt::format("expected a number from 0 to {}", noise_most));
+  if (spec.noise_threshold > 0 && spec.frames.count() > 1)
+    bad("noise_threshold", "expected a job of one frame, to end it by its noise");
+  const std::int64_t tiles =
+      TileGrid(render.width, render.height, spec.tile, render.window()).count();
   const std::int64_t passes = render.samples / spec.pass + 6;
   if (tiles > limits::tasks_max / passes / spec.frames.count())
     bad("tile", fmt::format("{} tiles, about {} passes and {} frames are more than the {} tasks "
@@ -210,7 +250,8 @@ nlohmann::json to_json(const JobSpec& spec) {
           {"max_workers", spec.max_workers},
           {"order", name_of(spec.order)},
           {"focus", spec.focus ? to_json(*spec.focus) : Json()},
-          {"time_limit_seconds", spec.time_limit_seconds}};
+          {"time_limit_seconds", spec.time_limit_seconds},
+          {"noise_threshold", spec.noise_threshold}};
 }
 
 JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) {
@@ -242,6 +283,7 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   if (const Json* focus = in.optional("focus"); focus != nullptr && !focus->is_null())
     spec.focus = rect_from_json(*focus, in.path_of("focus"));
   spec.time_limit_seconds = in.number_or("time_limit_seconds", 0, time_limit_most, 0);
+  spec.noise_threshold = in.number_or("noise_threshold", 0, noise_most, 0);
   in.finish();
   check(spec);
   return spec;
@@ -250,8 +292,8 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
 namespace {
 Digest plan_digest(const JobSpec& spec) {
   Json decisive = to_json(spec);
-  for (const char* key :
-       {"name", "priority", "max_workers", "order", "focus", "time_limit_seconds"})
+  for (const char* key : {"name", "priority", "max_workers", "order", "focus", "time_limit_seconds",
+                          "noise_threshold"})
     decisive.erase(key);
   // Plans of jobs that were accepted before there was such a key keep their digest.
   if (spec.fps == JobSpec{}.fps) decisive.erase("fps");
@@ -262,7 +304,7 @@ Digest plan_digest(const JobSpec& spec) {
 
 JobPlan::JobPlan(const JobSpec& job)
     : spec(job),
-      grid(job.render.width, job.render.height, job.tile),
+      grid(job.render.width, job.render.height, job.tile, job.render.window()),
       passes(job.render.samples, job.pass),
       digest(plan_digest(job)) {}
 

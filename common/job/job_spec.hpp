@@ -26,7 +26,15 @@ struct RenderSettings {
   double filter_width = 0;  ///< pixels from edge to edge; 0 is the filter's own default
   int light_samples = 1;    ///< light samples at each hit
   std::uint64_t seed = 0;
+  double pixel_aspect = 1;   ///< width of a pixel over its height, in what the camera sees
+  std::optional<Rect> crop;  ///< pixels of the film that are rendered; nothing: all
+  /// The most that one contribution to a sample may have, as the mean of its R, G and B: of light
+  /// that has met one surface, and of light that has met several. 0: no limit, and no bias.
+  double clamp_direct = 0, clamp_indirect = 0;
   bool operator==(const RenderSettings&) const = default;
+
+  /// The pixels that are rendered.
+  [[nodiscard]] Rect window() const { return crop.value_or(Rect{0, 0, width, height}); }
 };
 
 /// In which order the tiles of a pass are handed out.
@@ -41,8 +49,9 @@ std::string_view name_of(TileOrder order);
 TileOrder tile_order_from(std::string_view name);
 
 /// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
-/// What says when and by whom it is rendered (priority, order, focus, time limit, max_workers) and
-/// the name stand outside the plan digest; priority, focus and max_workers can be changed later.
+/// What says when and by whom it is rendered (priority, order, focus, max_workers), when it ends
+/// (time limit, noise threshold) and the name stand outside the plan digest; priority, focus and
+/// max_workers can be changed later.
 struct JobSpec {
   std::string name;    ///< for people; a plain name
   int priority = 0;    ///< −100 … 100; higher first
@@ -59,6 +68,9 @@ struct JobSpec {
   TileOrder order = TileOrder::hilbert;
   std::optional<Rect> focus;      ///< pixels of the film that are rendered first
   double time_limit_seconds = 0;  ///< from its first lease; it ends at a whole pass; 0: no limit
+  /// It ends at the first whole pass looked at whose noise is at most this; 0: it makes all its
+  /// samples.
+  double noise_threshold = 0;
 
   bool operator==(const JobSpec&) const = default;
 };

@@ -74,6 +74,8 @@ void read_film(Fields& root, RenderSettings& out) {
   Fields in(*film);
   out.width = static_cast<int>(in.required("width").integer(1, limits::film_side_max));
   out.height = static_cast<int>(in.required("height").integer(1, limits::film_side_max));
+  out.pixel_aspect = in.number_or("pixel_aspect", limits::pixel_aspect_min,
+                                  limits::pixel_aspect_max, out.pixel_aspect);
   in.finish();
   if (static_cast<std::int64_t>(out.width) * out.height > limits::film_pixels_max)
     film->fail(fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
@@ -85,6 +87,23 @@ std::string name_or(Fields& in, std::string_view kind, const Names& names,
                     const std::string& fallback) {
   if (!in.optional(kind)) return fallback;
   return read_name(in, kind, kind, {names.begin(), names.end()});
+}
+
+/// [x, y, width, height]. A film of another size, by command line, is looked at when the job is.
+Rect read_crop(const Value& value, const RenderSettings& film) {
+  std::array<double, 4> numbers{};
+  value.numbers(numbers.data(), numbers.size(), 0, limits::film_side_max);
+  Rect out;
+  const std::array<int*, 4> into{&out.x, &out.y, &out.width, &out.height};
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers.at(i) != std::floor(numbers.at(i))) value.fail("expected whole numbers of pixels");
+    *into.at(i) = static_cast<int>(numbers.at(i));
+  }
+  if (out.width < 1 || out.height < 1 || out.x + out.width > film.width ||
+      out.y + out.height > film.height)
+    value.fail(fmt::format("expected [x, y, width, height] within the film of {} by {}", film.width,
+                           film.height));
+  return out;
 }
 
 void read_render(Fields& root, RenderSettings& out) {
@@ -100,6 +119,9 @@ void read_render(Fields& root, RenderSettings& out) {
   out.light_samples = static_cast<int>(
       in.integer_or("light_samples", 1, limits::light_samples_max, out.light_samples));
   out.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
+  out.clamp_direct = in.number_or("clamp_direct", 0, limits::clamp_max, 0);
+  out.clamp_indirect = in.number_or("clamp_indirect", 0, limits::clamp_max, 0);
+  if (const auto crop = in.optional("crop")) out.crop = read_crop(*crop, out);
   in.finish();
 }
 
@@ -175,7 +197,7 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
 /// What a picture of included files needs, and neither they nor the scene have.
 void fill_in(Reading& reading, Scene& out) {
   const double aspect =
-      static_cast<double>(out.render.width) / static_cast<double>(out.render.height);
+      out.render.pixel_aspect * out.render.width / static_cast<double>(out.render.height);
   reading.made_up = make_up(out, aspect, reading.moment().made_up);
   if (reading.made_up.camera)
     reading.warnings.emplace_back("the scene has no camera: this one shows all of it");

@@ -1,5 +1,6 @@
 #include "common/base/log.hpp"
 #include "server/coordinator/impl.hpp"
+#include "server/coordinator/noise_look.hpp"
 
 /// What the scheduler wants done, done.
 namespace tessera::server {
@@ -69,12 +70,20 @@ void CoordinatorImpl::perform_one(const JobShortened& shortened) {
   Job* job = find(shortened.job);
   // A cancel that is being kept may yet be refused by the disk, and then this stands.
   if (!job || job->ended) return;
-  log::info("job {}: its time is up; it ends with {} of {} samples", shortened.job,
-            shortened.samples, job->record.spec.render.samples);
+  log::info("job {}: its time is up, or its noise is low enough; it ends with {} of {} samples",
+            shortened.job, shortened.samples, job->record.spec.render.samples);
   job->record.shortened_from = job->record.spec.render.samples;
   job->record.spec.render.samples = shortened.samples;
   job->shortened = true;
   job->spec_changed();
+}
+
+void CoordinatorImpl::perform_one(const MeasureNoise& asked) {
+  const std::function<void(double)> tell = [this, asked](double noise) {
+    perform(scheduler_.noise_measured(asked.job, asked.passes, noise, now()));
+  };
+  crew_.start("a look at a frame's noise",
+              look_at_noise(films_, pool_, asked.job, asked.frame, tell));
 }
 
 void CoordinatorImpl::perform_one(const JobFinished& finished) {

@@ -36,8 +36,7 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
 boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t frame) {
   const std::filesystem::path file = frame_path(settings_.data, id, frame);
   const auto plan = known(id).plan;
-  const std::uint64_t bytes =
-      film_bytes(std::int64_t{plan->grid.film_width()} * plan->grid.film_height());
+  const std::uint64_t bytes = film_bytes(plan->grid.window().pixels());
   WholeFilm whole;
   while (!(whole.share = whole_films_.take(bytes)) && !crew_.stopping())
     co_await files_changed_.wait();
@@ -137,8 +136,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::surpasses_its_file(JobId id, std::
   if (!film) co_return false;
   const Job& job = known(id);
   const std::int64_t have = film->samples();
-  const std::int64_t pixels =
-      std::int64_t{job.plan->grid.film_width()} * job.plan->grid.film_height();
+  const std::int64_t pixels = job.plan->grid.window().pixels();
   const std::function<std::int64_t()> look = [file = frame_path(settings_.data, id, frame)] {
     return samples_of_file(file);
   };

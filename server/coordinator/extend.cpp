@@ -24,7 +24,8 @@ JobRecord extended(const Job& job, std::int64_t samples) {
   JobRecord record = job.record;
   record.extended_from.push_back(record.spec.render.samples);
   record.spec.render.samples = samples;
-  record.spec.time_limit_seconds = 0;  // who names the samples wants them all
+  // Who names the samples wants them all.
+  record.spec.time_limit_seconds = record.spec.noise_threshold = 0;
   if (!is_end(record.state)) return record;
   record.state = "queued";
   record.started = record.finished = 0;  // its render time so far stays, and counts

@@ -96,8 +96,8 @@ std::vector<std::byte> encode_frame_exr(const FilmSnapshot& film, const image::M
 }
 
 std::vector<std::byte> encode_frame_png(const FilmSnapshot& film, double exposure_stops) {
-  return image::encode_png(film.grid.film_width(), film.grid.film_height(), resolve_rgba(film),
-                           exposure_stops);
+  const Rect& window = film.grid.window();
+  return image::encode_png(window.width, window.height, resolve_rgba(film), exposure_stops);
 }
 
 std::int64_t samples_of_file(const fs::path& file) {
@@ -129,7 +129,8 @@ std::vector<std::byte> png_of_file(const fs::path& file, double exposure_stops) 
 
 FilmSnapshot film_of_file(const fs::path& file, const TileGrid& grid, std::uint64_t version) {
   const image::ExrImage exr = image::read_exr_file(file);
-  if (exr.width != grid.film_width() || exr.height != grid.film_height())
+  const Rect& all = grid.window();
+  if (exr.width != all.width || exr.height != all.height)
     throw Error(ErrorKind::failed, "is not of the film's size", {.file = file.string()});
   FilmSnapshot film{grid, version, {}, std::vector<std::uint64_t>(grid.count(), version)};
   const std::array<std::span<const float>, 4> planes{exr.plane("R"), exr.plane("G"), exr.plane("B"),
@@ -144,8 +145,8 @@ FilmSnapshot film_of_file(const fs::path& file, const TileGrid& grid, std::uint6
       for (int y = window.y; y < window.y + window.height; ++y)
         for (int x = window.x; x < window.x + window.width; ++x)
           *out++ = static_cast<double>(
-              planes[c][static_cast<std::size_t>(y) * static_cast<std::size_t>(exr.width) +
-                        static_cast<std::size_t>(x)]);
+              planes[c][static_cast<std::size_t>(y - all.y) * static_cast<std::size_t>(exr.width) +
+                        static_cast<std::size_t>(x - all.x)]);
     }
     film.tiles.push_back(std::move(tile));
   }

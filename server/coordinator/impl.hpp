@@ -127,6 +127,7 @@ class CoordinatorImpl : public Coordinator {
   void perform_one(const AttemptFailed& failed);
   void perform_one(const WorkerQuarantined& barred);
   void perform_one(const JobShortened& shortened);
+  void perform_one(const MeasureNoise& asked);
   void perform_one(const JobFinished& finished);
   void perform_one(const FrameFinished& finished);
   void tile_folded(JobId id, std::int32_t frame, std::uint32_t tile, std::uint32_t passes);

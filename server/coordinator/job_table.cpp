@@ -79,8 +79,7 @@ double Job::render_seconds(Instant now, bool leased) const {
 }
 
 std::int64_t Job::samples_total() const {
-  return static_cast<std::int64_t>(plan->grid.film_width()) * plan->grid.film_height() *
-         plan->passes.samples() * plan->spec.frames.count();
+  return plan->grid.window().pixels() * plan->passes.samples() * plan->spec.frames.count();
 }
 
 std::vector<JobRecord::Share> Job::shares_by_size() const {

@@ -49,13 +49,14 @@ Pins check_assets(assets::BlobStore& blobs, const Digest& bundle) {
 
 /// Throws Error{too_large} if the film of one frame is more than all films may take.
 void check_film(const JobSpec& spec, std::uint64_t most) {
-  const std::size_t film = film_bytes(std::int64_t{spec.render.width} * spec.render.height);
+  const Rect window = spec.render.window();
+  const std::size_t film = film_bytes(window.pixels());
   if (film > most)
     throw Error(
         ErrorKind::too_large,
         fmt::format("the film of a frame of {} by {} takes {} bytes of memory, and all films "
                     "may take {} (tessera-server --film-memory)",
-                    spec.render.width, spec.render.height, film, most),
+                    window.width, window.height, film, most),
         {.key = "render.width"});
 }
 

@@ -78,8 +78,9 @@ std::shared_ptr<const FilmTile> folded(const FilmTile* before, const image::Tile
 class FilmRows : public image::FrameRows {
  public:
   explicit FilmRows(const FilmSnapshot& film) : film_(film) {}
-  [[nodiscard]] int width() const override { return film_.grid.film_width(); }
-  [[nodiscard]] int height() const override { return film_.grid.film_height(); }
+  [[nodiscard]] int film_width() const override { return film_.grid.film_width(); }
+  [[nodiscard]] int film_height() const override { return film_.grid.film_height(); }
+  [[nodiscard]] Rect window() const override { return film_.grid.window(); }
   void values(std::size_t channel, int y, std::span<float> row) const override;
   void samples(int y, std::span<std::uint32_t> row) const override;
 
@@ -89,7 +90,7 @@ class FilmRows : public image::FrameRows {
   const FilmSnapshot& film_;
 };
 
-/// The whole frame in memory, all channels, as FilmRows gives it.
+/// All that was rendered of the frame in memory, all channels, as FilmRows gives it.
 image::FrameImage resolve(const FilmSnapshot& film);
 /// R, G, B and A alone, four planes: what a PNG or a preview shows.
 std::vector<float> resolve_rgba(const FilmSnapshot& film);

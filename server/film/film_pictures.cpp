@@ -17,7 +17,7 @@ constexpr std::size_t rgba_channels = 4;
 static_assert(image::A + 1 == rgba_channels);
 
 std::size_t pixels_of(const TileGrid& grid) {
-  return static_cast<std::size_t>(grid.film_width()) * static_cast<std::size_t>(grid.film_height());
+  return static_cast<std::size_t>(grid.window().pixels());
 }
 
 /// The first `channels` planes.
@@ -65,14 +65,14 @@ void append_tile(std::vector<std::byte>& out, const FilmTile& tile) {
 
 void FilmRows::values(std::size_t channel, int y, std::span<float> row) const {
   each_tile(y, [&](const FilmTile* tile, const Rect& window) {
-    float* to = row.data() + window.x;
+    float* to = row.data() + (window.x - film_.grid.window().x);
     if (!tile) {
       std::fill_n(to, window.width, channel == image::Z ? image::nothing_hit_z : 0.0F);
       return;
     }
     const double divisor = mean_divisor(*tile, channel);
-    const std::size_t before =
-        static_cast<std::size_t>(y - window.y) * static_cast<std::size_t>(window.width);
+    const std::size_t before = static_cast<std::size_t>(y + film_.grid.window().y - window.y) *
+                               static_cast<std::size_t>(window.width);
     const double* from = tile->sums.data() + channel * tile->pixels() + before;
     for (int i = 0; i < window.width; ++i) to[i] = static_cast<float>(from[i] / divisor);
   });
@@ -82,14 +82,15 @@ void FilmRows::samples(int y, std::span<std::uint32_t> row) const {
   each_tile(y, [&](const FilmTile* tile, const Rect& window) {
     const std::uint64_t n =
         tile ? tile->samples[static_cast<std::size_t>(image::Group::beauty)] : 0;
-    std::fill_n(row.data() + window.x, window.width, static_cast<std::uint32_t>(n));
+    std::fill_n(row.data() + (window.x - film_.grid.window().x), window.width,
+                static_cast<std::uint32_t>(n));
   });
 }
 
 template <class Visit>
 void FilmRows::each_tile(int y, Visit visit) const {
   const TileGrid& grid = film_.grid;
-  const int first = y / grid.tile_side() * grid.columns();
+  const int first = grid.row_of(grid.window().y + y) * grid.columns();
   for (int index = first; index < first + grid.columns(); ++index) {
     const auto tile = static_cast<std::uint32_t>(index);
     visit(film_.tiles[tile].get(), grid.tile(tile));

@@ -44,11 +44,18 @@ struct JobFailed {
   JobId job = 0;
   std::string reason;
 };
-/// The job's time is up: it is done with so many samples of each pixel, as if these had been
-/// asked for. Said once, just before it is finished.
+/// The job's time is up, or its noise is low enough: it is done with so many samples of each pixel,
+/// as if these had been asked for. Said once, just before it is finished.
 struct JobShortened {
   JobId job = 0;
   std::int64_t samples = 0;
+};
+/// The frame has so many passes of every tile, and gets no more before Scheduler::noise_measured
+/// says how noisy it is.
+struct MeasureNoise {
+  JobId job = 0;
+  std::int32_t frame = 0;
+  std::uint32_t passes = 0;
 };
 /// Every task of the job is closed and folded; said once.
 struct JobFinished {
@@ -77,8 +84,9 @@ struct AttemptFailed {
   std::string reason;
   std::optional<Instant> granted;  ///< lacking: no longer known
 };
-using Action = std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobShortened,
-                            JobFinished, FrameFinished, AttemptFailed, WorkerQuarantined>;
+using Action =
+    std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobShortened, JobFinished,
+                 FrameFinished, AttemptFailed, WorkerQuarantined, MeasureNoise>;
 /// In the order in which they are to be carried out.
 using Actions = std::vector<Action>;
 

@@ -166,6 +166,13 @@ std::uint32_t FrameTasks::fold(std::uint32_t index, std::uint32_t passes) {
   return became;
 }
 
+bool FrameTasks::all_folded(std::uint32_t passes) {
+  if (seen_passes_ != passes) seen_folded_ = 0;
+  seen_passes_ = passes;
+  while (seen_folded_ < tiles_ && folded(seen_folded_) >= passes) ++seen_folded_;
+  return seen_folded_ == tiles_;
+}
+
 std::uint32_t FrameTasks::folded(std::uint32_t index) const { return tile(index).folded; }
 
 void FrameTasks::advance_base(Tile& t) {

@@ -50,6 +50,8 @@ class FrameTasks {
   /// became closed by it.
   std::uint32_t fold(std::uint32_t tile, std::uint32_t passes);
   [[nodiscard]] std::uint32_t folded(std::uint32_t tile) const;
+  /// So many passes of every tile are folded. A call walks on from where the last one stood.
+  [[nodiscard]] bool all_folded(std::uint32_t passes);
   /// Within the limit of passes ahead.
   [[nodiscard]] bool within(const FrameTask& task) const {
     return task.pass < folded(task.tile) + ahead_;
@@ -92,6 +94,8 @@ class FrameTasks {
   std::vector<Key> queue_;
   std::uint32_t sweep_ = 0;  // tiles of ranks [0, sweep_) have been offered
   std::uint32_t tiles_finished_ = 0;
+  // Tiles [0, seen_folded_) have seen_passes_ folded.
+  std::uint32_t seen_folded_ = 0, seen_passes_ = 0;
 };
 
 }  // namespace tessera::server

@@ -64,10 +64,8 @@ JobEntry* Scheduler::State::add(JobId job, std::shared_ptr<const JobPlan> plan, 
   const auto [entry, fresh] = jobs.try_emplace(job, job, std::move(plan), ahead);
   if (!fresh) return nullptr;
   entry->second.progress_mark = now;
-  if (entry->second.limited()) {
-    entry->second.tasks.offer_passes(1);
-    limited.insert(job);
-  }
+  if (entry->second.limited()) limited.insert(job);
+  if (entry->second.limited() || entry->second.watched()) offer(entry->second, 1);
   entry->second.earlier_plans = {earlier.begin(), earlier.end()};
   order.push_back(&entry->second);
   sort_order();
@@ -99,7 +97,7 @@ void Scheduler::restore_closed(JobId job, const TaskId& task) {
   JobEntry* entry = state_->live_job(job);
   if (entry == nullptr || !entry->plan().contains(task)) return;
   // What was begun before the start is finished.
-  if (task.pass >= entry->tasks.offered()) entry->tasks.offer_passes(task.pass + 1);
+  if (task.pass >= entry->tasks.offered()) state_->offer(*entry, task.pass + 1);
   if (entry->tasks.close(task)) entry->left.closed(task.tile, entry->tasks.samples(task));
 }
 

@@ -15,7 +15,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
   if (owner == nullptr) return Verdict::stale;
   if (owner->earlier_plans.contains(plan)) return Verdict::stale;
   // Before its time was up it had more samples, and a start knows of these no more.
-  if (plan != owner->plan().digest && owner->limited() &&
+  if (plan != owner->plan().digest && (owner->limited() || owner->watched()) &&
       state_->numbers.granted(lease, entry->info.identity, job, task))
     return Verdict::stale;
   if (plan != owner->plan().digest || !owner->plan().contains(task) ||
@@ -52,7 +52,7 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
       if (!owner->tasks.take(task)) return Verdict::stale;
       // Granted in an earlier epoch: a pass that has begun is finished for every tile.
       if (task.pass >= owner->tasks.offered()) {
-        owner->tasks.offer_passes(task.pass + 1);
+        state_->offer(*owner, task.pass + 1);
         state_->work_appeared = true;
       }
       break;
@@ -156,7 +156,7 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   Actions actions;
   JobEntry* owner = state_->live_job(job);
   if (owner == nullptr || !owner->plan().contains({frame, tile, 0})) return actions;
-  if (passes > owner->tasks.offered()) owner->tasks.offer_passes(passes);
+  if (passes > owner->tasks.offered()) state_->offer(*owner, passes);
   const std::int64_t before = owner->tasks.samples_closed();
   const TaskTable::Folded finished = owner->tasks.fold(frame, tile, passes);
   // From what is older than the journal.
@@ -164,6 +164,7 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   if (closed > 0) owner->left.closed(tile, closed);
   if (finished != TaskTable::Folded::nothing) state_->work_appeared = true;
   state_->finished(*owner, frame, finished, actions);
+  if (finished == TaskTable::Folded::tile) state_->ask_for_look(*owner, actions);
   state_->settle(now, actions);
   return actions;
 }

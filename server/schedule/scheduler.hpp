@@ -157,6 +157,8 @@ class Scheduler {
   /// Passes [0, passes) of the tile are folded into its film.
   Actions tile_folded(JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes,
                       Instant now);
+  /// The answer to MeasureNoise: by server/film/noise.hpp.
+  Actions noise_measured(JobId job, std::uint32_t passes, double noise, Instant now);
 
   // ---- time ----
   /// What has become due: silent workers, expired leases, windows with room. Call at or after

@@ -206,6 +206,15 @@ struct Scheduler::State {
   [[nodiscard]] std::optional<bool> in_time(const JobEntry& job, Instant now) const;
   void cut(JobEntry& job, Actions& actions);
 
+  // ---- noise_stop.cpp ----
+  /// Passes [0, passes) of the job are handed out, and where its noise alone may end it all up to
+  /// the next look.
+  void offer(JobEntry& job, std::uint32_t passes);
+  /// No pass beyond those offered may be, before its noise is known.
+  [[nodiscard]] bool awaits_look(const JobEntry& job) const;
+  /// Asks for that, once all is folded.
+  void ask_for_look(JobEntry& job, Actions& actions);
+
   // ---- waiting.cpp ----
   /// Why a job has work and none of it is out; empty if there is no such reason.
   [[nodiscard]] std::string waiting_for(const JobEntry& job) const;

@@ -53,8 +53,7 @@ std::int64_t TaskTable::samples(const TaskId& task) const {
 }
 
 std::int64_t TaskTable::samples() const {
-  return std::int64_t{plan_->spec.render.width} * plan_->spec.render.height *
-         plan_->passes.pass(passes_ - 1).end() * frames_;
+  return plan_->grid.window().pixels() * plan_->passes.pass(passes_ - 1).end() * frames_;
 }
 
 std::optional<TaskId> TaskTable::peek() {
@@ -77,6 +76,10 @@ void TaskTable::offer_passes(std::uint32_t passes) {
     frame.offer_passes(offered_);
     ready_.insert(index);
   }
+}
+
+bool TaskTable::all_folded(std::uint32_t passes) {
+  return finished_[0] || begun(0).all_folded(passes);
 }
 
 TaskTable::Folded TaskTable::cut(std::uint32_t passes) {

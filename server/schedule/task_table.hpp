@@ -37,6 +37,8 @@ class TaskTable {
   /// closed. What was finished by this. Jobs of one frame alone. O(tiles).
   enum class Folded { nothing, tile, frame, job };
   Folded cut(std::uint32_t passes);
+  /// So many passes of every tile are folded. Jobs of one frame alone.
+  [[nodiscard]] bool all_folded(std::uint32_t passes);
   /// How many there are.
   [[nodiscard]] std::uint32_t passes() const { return passes_; }
   [[nodiscard]] std::int64_t tasks() const {

@@ -62,8 +62,9 @@ std::vector<std::uint32_t> from_center(const TileGrid& grid) {
   std::iota(tiles.begin(), tiles.end(), 0U);
   const auto distance = [&](std::uint32_t tile) {  // squared, in half pixels
     const Rect rect = grid.tile(tile);
-    const std::int64_t x = 2LL * rect.x + rect.width - grid.film_width();
-    const std::int64_t y = 2LL * rect.y + rect.height - grid.film_height();
+    const Rect& all = grid.window();
+    const std::int64_t x = 2LL * (rect.x - all.x) + rect.width - all.width;
+    const std::int64_t y = 2LL * (rect.y - all.y) + rect.height - all.height;
     return x * x + y * y;
   };
   std::sort(tiles.begin(), tiles.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -83,9 +84,9 @@ TileRanks::TileRanks(const TileGrid& grid, TileOrder order) : count_(grid.count(
 
 FocusTiles::FocusTiles(const TileGrid& grid, const Rect& focus)
     : columns_(static_cast<std::uint32_t>(grid.columns())),
-      left_(static_cast<std::uint32_t>(focus.x / grid.tile_side())),
-      right_(static_cast<std::uint32_t>((focus.x + focus.width - 1) / grid.tile_side())),
-      top_(static_cast<std::uint32_t>(focus.y / grid.tile_side())),
-      bottom_(static_cast<std::uint32_t>((focus.y + focus.height - 1) / grid.tile_side())) {}
+      left_(static_cast<std::uint32_t>(grid.column_of(focus.x))),
+      right_(static_cast<std::uint32_t>(grid.column_of(focus.x + focus.width - 1))),
+      top_(static_cast<std::uint32_t>(grid.row_of(focus.y))),
+      bottom_(static_cast<std::uint32_t>(grid.row_of(focus.y + focus.height - 1))) {}
 
 }  // namespace tessera::server

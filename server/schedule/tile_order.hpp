@@ -33,7 +33,7 @@ class TileRanks {
 /// The tiles that a rectangle of pixels touches.
 class FocusTiles {
  public:
-  /// `focus` lies within the grid's film.
+  /// `focus` lies within the grid's window.
   FocusTiles(const TileGrid& grid, const Rect& focus);
 
   [[nodiscard]] bool contains(std::uint32_t tile) const {

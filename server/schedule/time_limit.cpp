@@ -24,8 +24,7 @@ bool all_handed_out(const JobEntry& job) {
 double taken_at_the_pace_so_far(const JobEntry& job, Instant now) {
   const auto done = static_cast<double>(job.tasks.samples_closed());
   if (done == 0) return 0;
-  const TileGrid& grid = job.plan().grid;
-  const double pixels = double{1} * grid.film_width() * grid.film_height();
+  const auto pixels = static_cast<double>(job.plan().grid.window().pixels());
   const auto next = static_cast<double>(job.plan().passes.pass(job.tasks.offered()).count);
   return (job.plan().spec.time_limit_seconds - job.time_left(now)) * pixels * next / done;
 }
@@ -56,7 +55,8 @@ bool Scheduler::State::offer_passes(Instant now, Actions& actions) {
   const std::set<JobId> asked = limited;
   for (const JobId id : asked) {
     JobEntry* entry = live_job(id);
-    if (entry == nullptr || entry->state != JobEntry::State::open || !all_handed_out(*entry))
+    if (entry == nullptr || entry->state != JobEntry::State::open || awaits_look(*entry) ||
+        !all_handed_out(*entry))
       continue;
     if (entry->tasks.offered() == entry->tasks.passes()) {
       limited.erase(id);  // all that was asked for is in time
@@ -65,7 +65,7 @@ bool Scheduler::State::offer_passes(Instant now, Actions& actions) {
     const std::optional<bool> good = in_time(*entry, now);
     if (!good) continue;  // a first result will tell
     if (*good) {
-      entry->tasks.offer_passes(entry->tasks.offered() + 1);
+      offer(*entry, entry->tasks.offered() + 1);
       offered = work_appeared = true;
     } else {
       cut(*entry, actions);

@@ -1,7 +1,9 @@
 // What decides which task comes next and which pass is the last changes no bit of what is made.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/job/pass_plan.hpp"
 #include "tests/farm/farm.hpp"
@@ -73,6 +75,68 @@ TEST(TimeLimit, survives_a_restart_of_the_coordinator) {
   farm.kill_and_restart_server();
   EXPECT_EQ(farm.job(id).value("samples", std::int64_t{0}), samples);
   EXPECT_EQ(farm.job(id).value("state", ""), "done");
+}
+
+/// As far as its noise is to fall; --samples is the most.
+std::vector<std::string> until_quiet(const std::string& level) {
+  return {"--size",    "96x64",
+          "--samples", std::to_string(asked),
+          "--pass",    std::to_string(pass_most),
+          "--tile",    "16",
+          "--noise",   level};
+}
+
+TEST(Noise, ends_a_job_at_the_same_pass_with_the_same_bits_for_any_number_of_workers) {
+  std::optional<image::ExrImage> first;
+  for (const int workers : {1, 2, 5}) {
+    Farm farm;
+    for (int i = 0; i < workers; ++i) farm.add_worker();
+    const std::string id = farm.submit(scene_path(), until_quiet("0.2"));
+    if (workers == 2) {
+      const std::int64_t samples = expect_as_submitted(farm, id);
+      EXPECT_GT(samples, 16);
+      continue;
+    }
+    const image::ExrImage picture = farm.finish(id);
+    if (!first) first = picture;
+    const auto different = image::difference(*first, picture);
+    EXPECT_FALSE(different.has_value()) << different.value_or("");
+  }
+}
+
+TEST(Noise, ends_a_job_at_the_same_pass_though_the_coordinator_is_killed) {
+  std::array<std::int64_t, 2> samples{};
+  for (const bool killed : {false, true}) {
+    Farm farm;
+    farm.add_worker();
+    const std::string id = farm.submit(scene_path(), until_quiet("0.1"));
+    if (killed) {
+      ASSERT_TRUE(farm.wait_for_progress(id, 16.0 / asked)) << farm.logs();
+      farm.kill_and_restart_server();
+    }
+    samples.at(killed ? 1 : 0) = expect_as_submitted(farm, id);
+  }
+  EXPECT_EQ(samples[0], samples[1]);
+}
+
+TEST(Crop, has_the_whole_pictures_bits_where_it_is) {
+  Farm farm;
+  farm.add_worker();
+  farm.add_worker();
+  std::vector<std::string> arguments{"--size", "96x64", "--samples", "20", "--tile", "16"};
+  const image::ExrImage whole = farm.finish(farm.submit(scene_path(), arguments));
+  for (const char* more : {"--crop", "21,9,40,33", "--order", "center", "--focus", "8x8+30+20"})
+    arguments.emplace_back(more);
+  const image::ExrImage part = farm.finish(farm.submit(scene_path(), arguments));
+  ASSERT_EQ(part.width, 40);
+  ASSERT_EQ(part.height, 33);
+  for (const std::string& channel : whole.channels) {
+    if (image::is_diagnostic(channel)) continue;
+    for (std::size_t y = 0; y < 33; ++y)
+      for (std::size_t x = 0; x < 40; ++x)
+        ASSERT_EQ(part.plane(channel)[40 * y + x], whole.plane(channel)[96 * (y + 9) + x + 21])
+            << channel << ' ' << x << ' ' << y;
+  }
 }
 
 TEST(Focus, and_order_change_no_bit_though_it_is_moved_and_the_coordinator_killed) {

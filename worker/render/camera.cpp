@@ -9,7 +9,7 @@
 namespace tessera::render {
 
 Camera::Camera(const scene::Camera& camera, int film_width, int film_height,
-               const std::array<double, 3>& origin) {
+               const std::array<double, 3>& origin, double pixel_aspect) {
   const Vec3d eye = to_vec3d(camera.eye);
   eye_ = eye - to_vec3d(origin);
   forward_ = normalize(to_vec3d(camera.target) - eye);
@@ -22,21 +22,22 @@ Camera::Camera(const scene::Camera& camera, int film_width, int film_height,
     focus_ = camera.lens.focus_distance;
     blades_ = camera.lens.blades;
     rotation_ = camera.lens.rotation_degrees * (pi_d / 180);
-    frame_film(camera, film_width, film_height);
+    frame_film(camera, film_width, film_height, pixel_aspect);
   }
 }
 
-void Camera::frame_film(const scene::Camera& camera, int film_width, int film_height) {
+void Camera::frame_film(const scene::Camera& camera, int film_width, int film_height,
+                        double pixel_aspect) {
   const auto [sine, cosine] = fast::sincos(camera.fov_y_degrees * (pi_d / 360));
   const bool parallel = camera.projection == scene::Projection::orthographic;
   double half_height = parallel ? camera.orthographic_height / 2 : sine / cosine;
-  half_height *= std::max(1.0, camera.least_aspect * film_height / film_width);
+  half_height *= std::max(1.0, camera.least_aspect * film_height / (film_width * pixel_aspect));
   const double step = 2 * half_height / film_height;
-  across_ = right_ * step;
+  across_ = right_ * (step * pixel_aspect);
   down_ = up_ * -step;
   corner_ = (parallel ? eye_ : forward_) - across_ * ((0.5 - camera.shift[0]) * film_width) -
             down_ * ((0.5 + camera.shift[1]) * film_height);
-  (parallel ? width_ : spread_) = static_cast<float>(step);
+  (parallel ? width_ : spread_) = static_cast<float>(step * std::min(1.0, pixel_aspect));
   optics_ = parallel ? Optics::parallel : radius_ > 0 ? Optics::lens : Optics::pinhole;
 }
 

@@ -7,11 +7,12 @@
 
 namespace tessera::render {
 
-/// From a place on the film to a ray. Positions are relative to the scene's origin.
+/// From a place on the film to a ray. Where a film shows all directions the aspect of its pixels
+/// says nothing. Positions are relative to the scene's origin.
 class Camera {
  public:
   Camera(const scene::Camera& camera, int film_width, int film_height,
-         const std::array<double, 3>& origin);
+         const std::array<double, 3>& origin, double pixel_aspect = 1);
 
   /// The ray through pixel (x, y), `offset` pixels off its centre, and through the point of the
   /// aperture that `lens`, in [0, 1)², stands for. x runs to the right, y down; offsets may lead
@@ -40,7 +41,8 @@ class Camera {
  private:
   enum class Optics { pinhole, lens, parallel, sphere };
 
-  void frame_film(const scene::Camera& camera, int film_width, int film_height);
+  void frame_film(const scene::Camera& camera, int film_width, int film_height,
+                  double pixel_aspect);
   void frame_sphere(int film_width, int film_height);
   /// All but the pinhole's: origin and direction of the ray through a place of the film.
   void bend(double fx, double fy, Vec2 lens, Ray& out) const;

@@ -43,15 +43,18 @@ struct Plan {
   SamplerKind sampler;
   Integrator integrator;
   std::uint64_t seed;
+  LightClamp clamp;
 
   Plan(const Scene& on, const TaskRequest& asked)
       : scene(on),
         request(asked),
-        camera(camera_of(on, asked.camera), asked.settings.width, asked.settings.height, on.origin),
+        camera(camera_of(on, asked.camera), asked.settings.width, asked.settings.height, on.origin,
+               asked.settings.pixel_aspect),
         filter(shared_filter(filter_kind(asked.settings.filter), asked.settings.filter_width)),
         sampler(sampler_kind(asked.settings.sampler)),
         integrator(render::integrator(asked.settings.integrator)),
-        seed(frame_seed(asked.settings.seed, asked.frame)) {}
+        seed(frame_seed(asked.settings.seed, asked.frame)),
+        clamp(LightClamp::of(asked.settings.clamp_direct, asked.settings.clamp_indirect)) {}
 };
 
 /// Takes all samples of one pixel. Returns how many were rejected.
@@ -65,6 +68,7 @@ std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSum
     const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
     const Vec2 offset = plan.filter->sample(film.pair(dim::film));
     SampleRecord record;
+    record.clamp = plan.clamp;
     plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
                     record);
     if (!record.finite()) {

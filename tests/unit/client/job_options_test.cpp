@@ -29,13 +29,40 @@ TEST(JobOptions, what_is_not_given_is_the_scenes) {
   EXPECT_EQ(spec.frames, FrameList{});
 }
 
-TEST(JobOptions, a_focus_is_a_geometry) {
-  EXPECT_EQ(focus_from("256x128+640+300"), (Rect{640, 300, 256, 128}));
-  for (const char* wrong : {"", "256x128", "256x128+640", "256x128-1+3", "1x1+2+3+4", "ax1+2+3",
-                            "99999999999x1+0+0", "1x1++2+3", " 1x1+2+3", "none"})
-    EXPECT_THROW(focus_from(wrong), Error) << wrong;
+TEST(JobOptions, a_crop_lies_within_the_film_and_a_focus_within_the_crop) {
+  const auto refused_at = [](const JobOptions& options) {
+    try {
+      job_from(scene_of(), options, Digest{});
+    } catch (const Error& error) {
+      return error.place().key;
+    }
+    return std::string();
+  };
   JobOptions options;
-  options.focus = focus_from("2x2+39+0");
+  options.crop = Rect{5, 5, 10, 10};
+  options.pixel_aspect = 2;
+  const JobSpec spec = job_from(scene_of(), options, Digest{});
+  EXPECT_EQ(spec.render.window(), (Rect{5, 5, 10, 10}));
+  EXPECT_EQ(spec.render.pixel_aspect, 2);
+  options.focus = Rect{4, 5, 2, 2};
+  EXPECT_EQ(refused_at(options), "--focus");
+  options.focus.reset();
+  options.crop->x = 100'000;
+  EXPECT_EQ(refused_at(options), "--crop");
+  options.crop.reset();
+  options.pixel_aspect = 0;
+  EXPECT_EQ(refused_at(options), "--pixel-aspect");
+}
+
+TEST(JobOptions, a_focus_is_a_geometry) {
+  EXPECT_EQ(rect_from("256x128+640+300", "--focus"), (Rect{640, 300, 256, 128}));
+  EXPECT_EQ(rect_from("640,300,256,128", "--crop"), (Rect{640, 300, 256, 128}));
+  for (const char* wrong :
+       {"", "1,2,3", "1,2,3,4,", "1,2+3,4", "256x128", "256x128+640", "256x128-1+3", "1x1+2+3+4",
+        "ax1+2+3", "99999999999x1+0+0", "1x1++2+3", " 1x1+2+3", "none"})
+    EXPECT_THROW(rect_from(wrong, "--focus"), Error) << wrong;
+  JobOptions options;
+  options.focus = rect_from("2x2+39+0", "--focus");
   try {
     job_from(scene_of(), options, Digest{});
     ADD_FAILURE() << "it is not within the film";

@@ -48,6 +48,25 @@ TEST(Film, begins_black_transparent_and_at_its_first_version) {
   EXPECT_THAT(frame.samples, testing::Each(0U));
 }
 
+TEST(Film, of_a_window_has_the_whole_films_values_there) {
+  const Rect window{9, 5, 30, 13};
+  const TileGrid cut(film_width, film_height, 16, window);
+  Film whole(grid), part(cut);
+  for (std::uint32_t tile = 0; tile < grid.count(); ++tile)
+    whole.fold(tile, pass_over(grid, tile, 3, 0.7F));
+  for (std::uint32_t tile = 0; tile < cut.count(); ++tile)
+    part.fold(tile, pass_over(cut, tile, 3, 0.7F));
+  const image::FrameImage all = resolve(whole.snapshot()), some = resolve(part.snapshot());
+  ASSERT_EQ(some.width, window.width);
+  ASSERT_EQ(some.height, window.height);
+  for (std::size_t c = 0; c < channel_count; ++c)
+    for (int y = 0; y < window.height; ++y)
+      for (int x = 0; x < window.width; ++x)
+        ASSERT_EQ(some.plane(c)[static_cast<std::size_t>(y * some.width + x)],
+                  all.plane(c)[static_cast<std::size_t>((window.y + y) * all.width + window.x + x)])
+            << c << ' ' << x << ' ' << y;
+}
+
 TEST(Film, counts_a_version_with_every_fold_and_tells_the_tiles_that_changed) {
   Film film(grid);
   film.fold(2, pass_over(grid, 2, 1, 1));

@@ -116,9 +116,44 @@ TEST(Picture, says_how_it_was_made_also_to_OpenEXRs_own_reader) {
   std::filesystem::remove(path);
 }
 
+/// Rows [5, 5 + height) of a film that is wider and higher, each value its row's number.
+class Window : public FrameRows {
+ public:
+  [[nodiscard]] int film_width() const override { return 60; }
+  [[nodiscard]] int film_height() const override { return 50; }
+  [[nodiscard]] Rect window() const override { return {7, 5, 20, 40}; }
+  void values(std::size_t, int y, std::span<float> row) const override {
+    std::fill(row.begin(), row.end(), static_cast<float>(5 + y));
+  }
+  void samples(int, std::span<std::uint32_t> row) const override {
+    std::fill(row.begin(), row.end(), 1U);
+  }
+};
+
+TEST(Picture, of_a_part_of_the_film_says_where_in_it_it_lies) {
+  const auto path = temporary("tessera_window_test.exr");
+  Metadata metadata;
+  metadata.set_pixel_aspect(1.5F);
+  for (const Compression compression : {Compression::zip, Compression::none}) {
+    write_file_atomically(path, encode_exr(Window(), metadata, compression));
+    {
+      Imf::InputFile file(path.c_str());
+      EXPECT_EQ(file.header().dataWindow(), Imath::Box2i({7, 5}, {26, 44}));
+      EXPECT_EQ(file.header().displayWindow(), Imath::Box2i({0, 0}, {59, 49}));
+      EXPECT_EQ(file.header().pixelAspectRatio(), 1.5F);
+    }
+    const ExrImage back = read_exr_file(path);
+    for (std::size_t y = 0; y < 40; ++y)
+      EXPECT_EQ(back.plane("G")[20 * y + 3], static_cast<float>(5 + y));
+  }
+  std::filesystem::remove(path);
+}
+
 TEST(Metadata, comes_back_as_it_was_written) {
-  const Metadata written = some_metadata();
+  Metadata written = some_metadata();
+  written.set_pixel_aspect(0.5F);
   const Metadata read = read_exr(encode_exr(make_frame(2, 2), written)).metadata;
+  EXPECT_EQ(read.pixel_aspect(), 0.5F);
   EXPECT_EQ(read.attributes().size(), written.attributes().size());
   for (const auto& attribute : written.attributes()) {
     ASSERT_NE(read.find(attribute.name), nullptr) << attribute.name;

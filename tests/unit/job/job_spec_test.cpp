@@ -61,7 +61,11 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
                  .filter = "f",
                  .filter_width = 2.5,
                  .light_samples = 3,
-                 .seed = INT64_MAX};
+                 .seed = INT64_MAX,
+                 .pixel_aspect = 1.5,
+                 .crop = Rect{.x = 0, .y = 65000, .width = 1, .height = 536},
+                 .clamp_direct = 5,
+                 .clamp_indirect = 0.5};
   spec.tile = 512;
   spec.pass = 1024;
   spec.aov_samples = 64;
@@ -71,6 +75,7 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
   spec.focus = Rect{.x = 0, .y = 65535, .width = 1, .height = 1};
   spec.frames = FrameRange{.first = -3, .last = -3, .step = 4};
   spec.time_limit_seconds = 90.5;
+  spec.noise_threshold = 0.02;
   spec.fps = 29.97;
   EXPECT_EQ(job_spec_from_json(parse_json(to_json(spec).dump(), "job")), spec);
 }
@@ -94,6 +99,46 @@ TEST(JobSpec, refuses_an_order_a_focus_or_a_time_limit_that_cannot_be) {
   json = to_json(some_spec());
   json["focus"] = {{"x", 0}, {"y", 0}, {"width", 0}, {"height", 4}};
   EXPECT_THAT(refusal(json), HasSubstr("focus.width"));
+}
+
+TEST(JobSpec, refuses_a_crop_beyond_the_film_and_a_focus_beyond_the_crop) {
+  EXPECT_EQ(refusal([](JobSpec& spec) { spec.render.crop = Rect{240, 130, 10, 1}; }), "");
+  EXPECT_THAT(refusal([](JobSpec& spec) {
+                spec.render.crop = Rect{241, 130, 10, 1};
+              }),
+              HasSubstr("render.crop.width"));
+  EXPECT_THAT(refusal([](JobSpec& spec) {
+                spec.render.crop = Rect{9, 10, 20, 20};
+                spec.focus = Rect{8, 12, 2, 2};
+              }),
+              HasSubstr("focus.x"));
+  EXPECT_THAT(refusal([](JobSpec& spec) { spec.render.pixel_aspect = 0; }),
+              HasSubstr("pixel_aspect"));
+}
+
+TEST(JobSpec, refuses_a_noise_threshold_that_cannot_be) {
+  EXPECT_THAT(refusal([](JobSpec& spec) { spec.noise_threshold = -1; }),
+              HasSubstr("noise_threshold"));
+  EXPECT_THAT(refusal([](JobSpec& spec) {
+                spec.noise_threshold = 0.1;
+                spec.frames = {1, 2, 1};
+              }),
+              HasSubstr("one frame"));
+}
+
+TEST(JobSpec, what_is_cropped_and_how_pixels_lie_is_part_of_its_plan_where_it_is_not_the_default) {
+  const Digest digest = JobPlan(some_spec()).digest;
+  const auto digest_with = [](const std::function<void(RenderSettings&)>& change) {
+    JobSpec spec = some_spec();
+    change(spec.render);
+    return JobPlan(spec).digest;
+  };
+  EXPECT_NE(digest_with([](RenderSettings& render) { render.pixel_aspect = 2; }), digest);
+  EXPECT_NE(digest_with([](RenderSettings& render) { render.crop = Rect{0, 0, 9, 9}; }), digest);
+  // Jobs that were accepted before there were these keys have plans without them.
+  EXPECT_FALSE(to_json(some_spec())["render"].contains("crop"));
+  EXPECT_FALSE(to_json(some_spec())["render"].contains("pixel_aspect"));
+  EXPECT_FALSE(to_json(some_spec())["render"].contains("clamp_indirect"));
 }
 
 TEST(JobSpec, shows_time_0_at_frame_1_and_as_many_frames_a_second_as_it_says) {

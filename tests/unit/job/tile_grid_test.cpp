@@ -32,6 +32,28 @@ TEST(TileGrid, covers_every_pixel_exactly_once_whatever_the_sizes) {
       }
 }
 
+TEST(TileGrid, of_a_window_has_what_the_films_tiles_have_within_it) {
+  const TileGrid film(131, 70, 16);
+  for (const Rect& window : {Rect{0, 0, 131, 70}, Rect{16, 32, 16, 16}, Rect{5, 6, 7, 8},
+                             Rect{15, 17, 2, 40}, Rect{130, 69, 1, 1}, Rect{31, 0, 100, 70}}) {
+    const TileGrid grid(131, 70, 16, window);
+    std::int64_t pixels = 0;
+    for (std::uint32_t index = 0; index < grid.count(); ++index) {
+      const Rect tile = grid.tile(index);
+      pixels += tile.pixels();
+      EXPECT_TRUE(tile.x >= window.x && tile.x + tile.width <= window.x + window.width);
+      EXPECT_TRUE(tile.y >= window.y && tile.y + tile.height <= window.y + window.height);
+      const auto column = static_cast<int>(index) % grid.columns();
+      const auto row = static_cast<int>(index) / grid.columns();
+      EXPECT_EQ(grid.column_of(tile.x), column);
+      EXPECT_EQ(grid.row_of(tile.y + tile.height - 1), row);
+      EXPECT_EQ(film.column_of(tile.x), film.column_of(tile.x + tile.width - 1));
+      EXPECT_EQ(film.row_of(tile.y), film.row_of(tile.y + tile.height - 1));
+    }
+    EXPECT_EQ(pixels, window.pixels()) << window.x;
+  }
+}
+
 TEST(TileGrid, numbers_tiles_in_rows_from_the_upper_left_and_cuts_the_last_ones) {
   const TileGrid grid(250, 131, 64);
   EXPECT_EQ(grid.columns(), 4);

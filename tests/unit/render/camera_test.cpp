@@ -89,6 +89,17 @@ TEST(Camera, ShiftShowsWhatAWiderFilmHasAside) {
   }
 }
 
+TEST(Camera, PixelsOfAnAspectShowAsMuchAsSoManyMoreSquareOnes) {
+  for (const auto projection : {scene::Projection::perspective, scene::Projection::orthographic}) {
+    scene::Camera camera = camera_of(projection);
+    camera.shift = {0.25, 0.5};
+    const Ray square = Camera(camera, 40, 20, no_origin).ray(31, 5, {-0.5F, 0}, {}, 0);
+    const Ray wide = Camera(camera, 20, 20, no_origin, 2).ray(15, 5, {}, {}, 0);
+    expect_near(wide.origin, square.origin, 1e-6F);
+    expect_near(wide.direction, square.direction, 1e-6F);
+  }
+}
+
 TEST(Camera, FilmNarrowerThanItsLeastShapeShowsAsMuchAtItsSides) {
   for (const auto projection : {scene::Projection::perspective, scene::Projection::orthographic}) {
     scene::Camera camera = camera_of(projection);

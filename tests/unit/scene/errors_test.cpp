@@ -62,6 +62,8 @@ const Mistake whole[] = {
      "unknown sampler \"sobol_own\""},
     {"an unknown filter", "\"render\": {\"filter\": \"boxx\"},", 1, 23, "render.filter",
      "did you mean \"box\"?"},
+    {"a crop beyond the film", "\"render\": {\"crop\": [500, 0, 13, 1]},", 1, 21, "render.crop",
+     "within the film of 512 by 512"},
     {"a negative seed", "\"render\": {\"seed\": -1},", 1, 21, "render.seed",
      "a whole number from 0"},
     {"an unknown material type", "\"materials\": {\"a\": {\"type\": \"difuse\"}},", 1, 30,

@@ -20,10 +20,11 @@ TEST(Scene, what_is_not_given_has_its_default) {
 }
 
 TEST(Scene, every_render_setting_is_taken) {
-  const Scene scene = parse(
-      scene_with(R"("film": {"width": 3, "height": 5}, "render": {"samples": 100, "bounces": 0,
+  const Scene scene = parse(scene_with(
+      R"("film": {"width": 3, "height": 5, "pixel_aspect": 1.5}, "render": {"samples": 100, "bounces": 0,
     "integrator": "path", "sampler": "independent", "filter": "tent", "filter_width": 1.5, "light_samples": 4,
-    "seed": 9223372036854775807},)"));
+    "seed": 9223372036854775807, "crop": [1, 2, 2, 3],
+    "clamp_direct": 5, "clamp_indirect": 0.5},)"));
   RenderSettings expected;
   expected.width = 3;
   expected.height = 5;
@@ -34,6 +35,10 @@ TEST(Scene, every_render_setting_is_taken) {
   expected.filter_width = 1.5;
   expected.light_samples = 4;
   expected.seed = INT64_MAX;
+  expected.pixel_aspect = 1.5;
+  expected.crop = Rect{1, 2, 2, 3};
+  expected.clamp_direct = 5;
+  expected.clamp_indirect = 0.5;
   EXPECT_EQ(scene.render, expected);
 }
 
@@ -118,22 +123,34 @@ TEST(Scene, shapes_name_their_material_and_have_all_their_values) {
       scene_with(R"("materials": {"a": {"type": "diffuse"}, "b": {"type": "diffuse"}}, "shapes": [
     {"type": "quad", "material": "b", "name": "q", "corner": [1, 2, 3], "edge_u": [1, 0, 0], "edge_v": [0, 0, 2]},
     {"type": "sphere", "material": "a", "center": [4, 5, 6], "radius": 2.5},
+    {"type": "disk", "material": "a", "center": [1, 2, 3], "normal": [0, -2, 0], "radius": 4},
     {"type": "box", "material": "b", "low": [-1, -2, -3], "high": [1, 2, 3]},
     {"type": "mesh", "material": "a", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "normals": [[0, 0, 1], [0, 0, 1], [0, 1, 0]],
      "uvs": [[0, 0], [1, 0], [0, 0.5]], "triangles": [[0, 1, 2], [2, 1, 0]]}],)"));
-  ASSERT_EQ(scene.shapes.size(), 4U);
+  ASSERT_EQ(scene.shapes.size(), 5U);
   EXPECT_EQ(scene.shapes[0].name, "q");
   EXPECT_EQ(scene.shapes[0].material, 1U);
   EXPECT_EQ(std::get<Quad>(scene.shapes[0].geometry).edge_v, (Vec3{0, 0, 2}));
   EXPECT_EQ(scene.shapes[1].name, "sphere 1");
   EXPECT_EQ(scene.shapes[1].material, 0U);
   EXPECT_EQ(std::get<Sphere>(scene.shapes[1].geometry).radius, 2.5);
-  EXPECT_EQ(std::get<Box>(scene.shapes[2].geometry).low, (Vec3{-1, -2, -3}));
-  const Mesh& mesh = std::get<Mesh>(scene.shapes[3].geometry);
+  EXPECT_EQ(std::get<Box>(scene.shapes[3].geometry).low, (Vec3{-1, -2, -3}));
+  const Mesh& mesh = std::get<Mesh>(scene.shapes[4].geometry);
   EXPECT_EQ(mesh.positions[1], (std::array<float, 3>{1, 0, 0}));
   EXPECT_EQ(mesh.normals[2], (std::array<float, 3>{0, 1, 0}));
   EXPECT_EQ(mesh.uvs[2], (std::array<float, 2>{0, 0.5}));
   EXPECT_EQ(mesh.triangles[1], (std::array<std::uint32_t, 3>{2, 1, 0}));
+}
+
+TEST(Scene, a_disk_lies_upright_in_its_square) {
+  const Disk disk{{1, 2, 3}, {0, 0, 5}, 2};
+  const Quad front = square_around(disk);
+  EXPECT_EQ(front.corner, (Vec3{-1, 0, 3}));
+  EXPECT_EQ(front.edge_u, (Vec3{4, 0, 0}));
+  EXPECT_EQ(front.edge_v, (Vec3{0, 4, 0}));
+  const Quad lamp = square_around({{0, 3, 0}, {0, -1, 0}, 1});
+  EXPECT_EQ(lamp.edge_u, (Vec3{2, 0, 0}));
+  EXPECT_EQ(lamp.edge_v, (Vec3{0, 0, 2}));
 }
 
 TEST(Scene, instances_name_their_object) {

@@ -63,6 +63,7 @@ class ScheduleTest : public ::testing::Test {
         failed_[failed->job] = failed->reason;
       if (const auto* shortened = std::get_if<JobShortened>(&action))
         shortened_[shortened->job] = shortened->samples;
+      if (const auto* asked = std::get_if<MeasureNoise>(&action)) asked_.push_back(*asked);
       if (const auto* finished = std::get_if<JobFinished>(&action))
         finished_.push_back(finished->job);
       if (const auto* barred = std::get_if<WorkerQuarantined>(&action))
@@ -115,6 +116,7 @@ class ScheduleTest : public ::testing::Test {
   std::vector<JobId> finished_;
   std::map<JobId, std::int64_t> shortened_;
   std::vector<std::int32_t> frames_;
+  std::vector<MeasureNoise> asked_;
   std::vector<AttemptFailed> failures_;
   std::map<WorkerId, std::string> quarantined_;
 };
