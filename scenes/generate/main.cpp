@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "scenes/generate/asteroid.hpp"
 #include "scenes/generate/forest.hpp"
+#include "scenes/generate/lake.hpp"
 #include "scenes/generate/pottery.hpp"
 
 namespace {
@@ -20,6 +21,7 @@ struct Scene {
 constexpr Scene scenes[] = {
     {"asteroid", tessera::generate::write_asteroid, 1'200'000, 12, 200'000'000},
     {"forest", tessera::generate::write_forest, 1'000'000, 1, 10'000'000},
+    {"lake", tessera::generate::write_lake, 10'000, 1, 1'000'000},
     {"pottery", tessera::generate::write_pottery, 1'500'000, 1, 100'000'000},
 };
 
@@ -29,6 +31,7 @@ constexpr std::string_view usage =
     "  asteroid   asteroid.json, asteroid.obj: a rock of at least SIZE triangles (1200000)\n"
     "  forest     forest.json, forest.gltf, forest.bin: at least SIZE instances of 20 trees "
     "(1000000)\n"
+    "  lake       lake.json: SIZE lanterns on and over a lake at night (10000)\n"
     "  pottery    pottery.glb: 24 pots of at least SIZE triangles in all, with pictures "
     "(1500000)\n";
 

@@ -6,6 +6,7 @@
 #include "common/base/digest.hpp"
 #include "scenes/generate/asteroid.hpp"
 #include "scenes/generate/forest.hpp"
+#include "scenes/generate/lake.hpp"
 #include "scenes/generate/pot.hpp"
 #include "scenes/generate/pottery.hpp"
 #include "tests/unit/scene/support.hpp"
@@ -49,6 +50,20 @@ TEST(Asteroid, is_turned_outwards_and_closed_at_the_cubes_edges) {
     EXPECT_EQ(edges.count(edge), 1U);
     EXPECT_EQ(edges.count({edge[1], edge[0]}), 1U);  // the neighbour runs along it the other way
   }
+}
+
+TEST(Lake, has_as_many_lanterns_as_asked_for_none_alike_all_above_the_water) {
+  const TemporaryFolder folder;
+  write_lake(folder.path(), 400);
+  const scene::Scene scene = scene::load_scene(folder.path() / "lake.json").scene;
+  std::set<std::array<double, 3>> places;
+  for (const scene::Shape& shape : scene.shapes) {
+    const auto* lantern = std::get_if<scene::Sphere>(&shape.geometry);
+    if (lantern == nullptr) continue;
+    places.insert(lantern->center);
+    EXPECT_GT(lantern->center[1], 0);
+  }
+  EXPECT_EQ(places.size(), 400U);
 }
 
 TEST(Noise, is_continuous_and_bounded) {
