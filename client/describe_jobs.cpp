@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include "client/describe.hpp"
+#include "common/job/aovs.hpp"
 #include "common/scene/names.hpp"
 
 /// The commands that make jobs, and their many flags.
@@ -49,6 +50,16 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
                   "The same of light that met several surfaces: no fireflies, and caustics darker")
       ->type_name("X");
   command.add_option("--seed", job.seed, "Another seed gives other noise")->type_name("N");
+  command
+      .add_option("--aovs", job.aovs,
+                  fmt::format("Outputs beside the picture, in place of the scene's or albedo, N "
+                              "and Z. {}",
+                              fmt::join(aov_names(), ", ")))
+      ->delimiter(',')
+      ->type_name("NAME,…");
+  command.add_flag("--aovs-follow-specular", job.aovs_follow_specular,
+                   "albedo and N of what is seen in mirrors and through clear glass, in place of "
+                   "their own");
   command.add_option("--tile", job.tile, "Side of a tile in pixels (64)")->type_name("N");
   command.add_option("--pass", job.pass, "Most samples of a pass (256)")->type_name("N");
   command

@@ -170,6 +170,8 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.filter_width, options.filter_width);
   take(spec.render.light_samples, options.light_samples);
   take(spec.render.seed, options.seed);
+  take(spec.render.aovs, options.aovs);
+  take(spec.render.aovs_follow_specular, options.aovs_follow_specular);
   take(spec.tile, options.tile);
   take(spec.pass, options.pass);
   take(spec.fps, options.fps);

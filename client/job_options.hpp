@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "client/overrides.hpp"
 #include "common/job/job_spec.hpp"
@@ -42,6 +43,8 @@ struct JobOptions {
   std::optional<double> filter_width;
   std::optional<int> light_samples;
   std::optional<std::uint64_t> seed;
+  std::optional<std::vector<std::string>> aovs;
+  std::optional<bool> aovs_follow_specular;
   std::optional<int> tile;
   std::optional<int> pass;
   std::optional<std::string> order;

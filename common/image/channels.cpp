@@ -1,46 +1,62 @@
 #include "common/image/channels.hpp"
 
-#include <array>
+#include <algorithm>
+#include <numeric>
 
 namespace tessera::image {
 
 namespace {
-constexpr std::array<Channel, channel_count> table{{
-    {"R", Group::beauty, Merge::mean},
-    {"G", Group::beauty, Merge::mean},
-    {"B", Group::beauty, Merge::mean},
-    {"A", Group::beauty, Merge::mean},
-    {"M2.R", Group::beauty, Merge::moment2, R},
-    {"M2.G", Group::beauty, Merge::moment2, G},
-    {"M2.B", Group::beauty, Merge::moment2, B},
-    {"albedo.R", Group::aov, Merge::mean},
-    {"albedo.G", Group::aov, Merge::mean},
-    {"albedo.B", Group::aov, Merge::mean},
-    {"N.X", Group::aov, Merge::mean},
-    {"N.Y", Group::aov, Merge::mean},
-    {"N.Z", Group::aov, Merge::mean},
-    {"Z", Group::aov, Merge::nearest},
-}};
 
-constexpr std::size_t beauty_channels() {
-  std::size_t count = 0;
-  while (count < table.size() && table[count].group == Group::beauty) ++count;
-  return count;
+std::vector<Channel> picture_channels() {
+  std::vector<Channel> out;
+  for (const char* name : {"R", "G", "B", "A"}) out.push_back({name, Group::beauty, Merge::mean});
+  for (const int mean : {R, G, B})
+    out.push_back(
+        {"M2." + out[static_cast<std::size_t>(mean)].name, Group::beauty, Merge::moment2, mean});
+  return out;
 }
-static_assert(beauty_channels() == albedo_R,
-              "channels of the beauty group are a prefix of the table");
+
+std::vector<std::size_t> sorted_prefix(std::span<const Channel> channels) {
+  std::vector<std::size_t> order(channels.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return channels[a].name < channels[b].name; });
+  return order;
+}
+
 }  // namespace
 
-std::span<const Channel> channel_table() { return table; }
+ChannelLayout::ChannelLayout(std::span<const std::string> aovs) : channels_(picture_channels()) {
+  const std::vector<AovUse> uses = aov_uses(aovs);
+  for (const Group group : {Group::beauty, Group::aov}) {
+    for (const AovUse& use : uses) {
+      const AovEntry& entry = aov_table()[static_cast<std::size_t>(use.aov)];
+      if (entry.group != group) continue;
+      aovs_.push_back({use, group, channels_.size()});
+      if (entry.components.empty()) channels_.push_back({use.name, group, entry.merge});
+      for (const char component : entry.components)
+        channels_.push_back({use.name + '.' + component, group, entry.merge});
+    }
+    if (group == Group::beauty) beauty_ = channels_.size();
+  }
+  beauty_by_name_ = sorted_prefix(channels().first(beauty_));
+  all_by_name_ = sorted_prefix(channels());
+}
 
-int channel_index(std::string_view name) {
-  for (std::size_t i = 0; i < table.size(); ++i)
-    if (table[i].name == name) return static_cast<int>(i);
+int ChannelLayout::index_of(std::string_view name) const {
+  for (std::size_t i = 0; i < channels_.size(); ++i)
+    if (channels_[i].name == name) return static_cast<int>(i);
   return -1;
 }
 
-std::size_t channels_travelling(bool with_aovs) {
-  return with_aovs ? table.size() : beauty_channels();
+Layout layout_of(std::span<const std::string> aovs) {
+  return aovs.empty() ? default_layout() : std::make_shared<const ChannelLayout>(aovs);
+}
+
+const Layout& default_layout() {
+  static const Layout layout =
+      std::make_shared<const ChannelLayout>(std::span<const std::string>());
+  return layout;
 }
 
 }  // namespace tessera::image

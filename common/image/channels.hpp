@@ -1,45 +1,78 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
-/// The one table that says which channels there are, when they travel and how they merge.
+#include "common/job/aovs.hpp"
+
+/// Which channels a job's tiles, films and pictures have, when they travel and how they merge.
 namespace tessera::image {
 
-/// Channels that travel together and share one sample count.
-enum class Group : std::uint8_t {
-  beauty,  ///< every pass
-  aov,     ///< passes that bring AOVs
-};
+using Group = ChannelGroup;
 constexpr std::size_t group_count = 2;
-
-enum class Merge : std::uint8_t {
-  mean,  ///< sample-weighted mean, Σ nₖ·meanₖ / Σ nₖ in double, in pass order
-  moment2,  ///< Σ (x − mean)²; Chan, Golub and LeVeque's formula in double, in pass order, with the
-            ///< mean of `mean_of`
-  nearest,  ///< the smaller value; nothing hit is 1e10
-};
+using tessera::Merge;
 
 struct Channel {
-  std::string_view name;  ///< in EXR files
+  std::string name;  ///< in EXR files
   Group group;
   Merge merge;
   int mean_of = -1;  ///< moment2: index of the channel whose squared deviations these are
+  bool operator==(const Channel&) const = default;
 };
 
-/// In the order in which planes stand in memory: R G B A M2.R M2.G M2.B albedo.R albedo.G albedo.B
-/// N.X N.Y N.Z Z.
-std::span<const Channel> channel_table();
-/// Index in the table, or −1.
-int channel_index(std::string_view name);
-/// How many channels of the table (a prefix of it) travel with a pass: all of them, or those of the
-/// beauty group.
-std::size_t channels_travelling(bool with_aovs);
+/// The channels of one AOV.
+struct AovPlanes {
+  AovUse use;
+  Group group = Group::aov;
+  std::size_t first = 0;  ///< index of the first, the others follow
+};
+
+/// The channels of a job, in the order in which planes stand in memory: R G B A M2.R M2.G M2.B,
+/// then those of its AOVs that travel with every pass, then the others.
+class ChannelLayout {
+ public:
+  /// Of a job that asks for these AOVs; none: albedo, N, Z. Throws as aov_uses() does.
+  explicit ChannelLayout(std::span<const std::string> aovs);
+
+  [[nodiscard]] std::span<const Channel> channels() const { return channels_; }
+  [[nodiscard]] std::size_t size() const { return channels_.size(); }
+  [[nodiscard]] const Channel& operator[](std::size_t channel) const { return channels_[channel]; }
+  [[nodiscard]] std::span<const AovPlanes> aovs() const { return aovs_; }
+  /// Of the channel of this name, or −1.
+  [[nodiscard]] int index_of(std::string_view name) const;
+  /// How many channels, from the first on, travel with a pass: all of them, or those of the beauty
+  /// group.
+  [[nodiscard]] std::size_t travelling(bool with_aovs) const {
+    return with_aovs ? channels_.size() : beauty_;
+  }
+  /// Their indices in the order in which EXR stores them: by name, as bytes.
+  [[nodiscard]] std::span<const std::size_t> by_name(bool with_aovs) const {
+    return with_aovs ? all_by_name_ : beauty_by_name_;
+  }
+  bool operator==(const ChannelLayout& other) const {
+    return this == &other || channels_ == other.channels_;
+  }
+
+ private:
+  std::vector<Channel> channels_;
+  std::vector<AovPlanes> aovs_;
+  std::size_t beauty_ = 0;  ///< channels that travel with every pass
+  std::vector<std::size_t> beauty_by_name_, all_by_name_;
+};
+
+/// Shared by all that has a job's channels.
+using Layout = std::shared_ptr<const ChannelLayout>;
+Layout layout_of(std::span<const std::string> aovs);
+/// Of a job that names no AOVs.
+const Layout& default_layout();
 
 constexpr float nothing_hit_z = 1e10F;
 
-// Indices of the channels that code names.
+/// Indices of the channels that code names: the first seven are those of every layout, all of them
+/// the default layout's.
 enum ChannelIndex : std::size_t {
   R,
   G,
@@ -55,7 +88,7 @@ enum ChannelIndex : std::size_t {
   N_Y,
   N_Z,
   Z,
-  channel_count
+  channel_count  ///< of the default layout
 };
 
 }  // namespace tessera::image

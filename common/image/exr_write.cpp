@@ -18,15 +18,14 @@ struct OutputChannel {
   std::size_t plane = 0;
 };
 
-std::vector<OutputChannel> output_channels() {
+std::vector<OutputChannel> output_channels(const ChannelLayout& layout) {
   std::vector<OutputChannel> out;
-  for (std::size_t i = 0; i < channel_count; ++i) {
-    const Channel& channel = channel_table()[i];
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    const Channel& channel = layout[i];
     if (channel.merge == Merge::moment2)
-      out.push_back(
-          {"variance" + std::string(channel.name.substr(2)), OutputChannel::Source::variance, i});
+      out.push_back({"variance" + channel.name.substr(2), OutputChannel::Source::variance, i});
     else
-      out.push_back({std::string(channel.name), OutputChannel::Source::plane, i});
+      out.push_back({channel.name, OutputChannel::Source::plane, i});
   }
   out.push_back({"samples", OutputChannel::Source::samples, 0});
   std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -44,12 +43,13 @@ float variance_of_mean(float m2, std::uint32_t n) {
 class RowsInMemory : public FrameRows {
  public:
   explicit RowsInMemory(const FrameImage& frame) : frame_(frame) {
-    assert(frame.values.size() == channel_count * frame.pixels() &&
+    assert(frame.values.size() == frame.layout->size() * frame.pixels() &&
            frame.samples.size() == frame.pixels());
   }
   [[nodiscard]] int film_width() const override { return frame_.width; }
   [[nodiscard]] int film_height() const override { return frame_.height; }
   [[nodiscard]] Rect window() const override { return {0, 0, frame_.width, frame_.height}; }
+  [[nodiscard]] const ChannelLayout& layout() const override { return *frame_.layout; }
   void values(std::size_t channel, int y, std::span<float> row) const override {
     copy(frame_.plane(channel), y, row);
   }
@@ -126,7 +126,7 @@ class RowWriter {
 
 void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
                Compression compression) {
-  const std::vector<OutputChannel> channels = output_channels();
+  const std::vector<OutputChannel> channels = output_channels(frame.layout());
   ExrLayout layout{.data = frame.window(),
                    .film_width = frame.film_width(),
                    .film_height = frame.film_height(),
@@ -163,7 +163,8 @@ void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,
 std::vector<std::byte> encode_exr(const FrameRows& frame, const Metadata& metadata,
                                   Compression compression) {
   constexpr std::size_t header_and_table = 64 * limits::KiB;
-  BytesInMemory sink((channel_count + 1) * sizeof(float) * static_cast<std::size_t>(frame.width()) *
+  BytesInMemory sink((frame.layout().size() + 1) * sizeof(float) *
+                         static_cast<std::size_t>(frame.width()) *
                          static_cast<std::size_t>(frame.height()) +
                      header_and_table);
   write_exr(frame, metadata, sink, compression);

@@ -14,7 +14,7 @@
 /// Whole frames: as EXR and PNG bytes, and EXR files read back.
 namespace tessera::image {
 
-/// A frame's values in memory. Planes stand one after another in the order of channel_table(), all
+/// A frame's values in memory. Planes stand one after another in the order of the layout, all
 /// channels, each row by row from the upper left: means (R, G, B, A premultiplied), M2, nearest.
 struct FrameImage {
   int width = 0;
@@ -22,6 +22,7 @@ struct FrameImage {
   std::vector<float> values;
   std::vector<std::uint32_t>
       samples;  ///< behind each pixel's beauty group; 0 where nothing has arrived
+  Layout layout = default_layout();
 
   [[nodiscard]] std::size_t pixels() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -44,7 +45,8 @@ class FrameRows {
   [[nodiscard]] virtual Rect window() const = 0;
   [[nodiscard]] int width() const { return window().width; }
   [[nodiscard]] int height() const { return window().height; }
-  /// Of one channel of channel_table(), as in FrameImage. `row` has the window's width.
+  [[nodiscard]] virtual const ChannelLayout& layout() const = 0;
+  /// Of one channel of the layout, as in FrameImage. `row` has the window's width.
   virtual void values(std::size_t channel, int y, std::span<float> row) const = 0;
   virtual void samples(int y, std::span<std::uint32_t> row) const = 0;
 };
@@ -64,8 +66,8 @@ enum class Compression {
 };
 
 /// An EXR file of one part, scan lines of 32-bit float, Rec. 709 primaries: R, G, B, A
-/// (premultiplied), variance.R/G/B (of the pixel's mean: M2/(n(n−1)), 0 for n < 2), albedo.R/G/B,
-/// N.X/Y/Z, Z, samples (n of the pixel). The display window is the film, the data window what was
+/// (premultiplied), variance.R/G/B (of the pixel's mean: M2/(n(n−1)), 0 for n < 2), the layout's
+/// AOVs, samples (n of the pixel). The display window is the film, the data window what was
 /// rendered of it. Equal content and metadata give equal bytes. Neither the
 /// frame nor the file is in memory as a whole: 16 rows are.
 void write_exr(const FrameRows& frame, const Metadata& metadata, ByteSink& sink,

@@ -12,9 +12,9 @@
 /// One task's pixels, in memory and as EXR bytes.
 namespace tessera::image {
 
-/// What one pass of one tile gathered. Planes stand one after another in the order of
-/// channel_table(), each row by row from the upper left; a pass without AOVs has the planes of the
-/// beauty group only.
+/// What one pass of one tile gathered. Planes stand one after another in the order of the layout,
+/// each row by row from the upper left; a pass without AOVs has the planes of the beauty group
+/// only.
 struct TileImage {
   Rect window;  ///< within the film, pixels
   int film_width = 0;
@@ -22,10 +22,11 @@ struct TileImage {
   /// Samples per pixel behind each group's values; 0 where the group does not travel.
   std::array<std::uint32_t, group_count> samples{};
   std::vector<float> values;
+  Layout layout = default_layout();
 
   [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.pixels()); }
   [[nodiscard]] bool has_aovs() const { return samples[static_cast<std::size_t>(Group::aov)] != 0; }
-  [[nodiscard]] std::size_t channels() const { return channels_travelling(has_aovs()); }
+  [[nodiscard]] std::size_t channels() const { return layout->travelling(has_aovs()); }
   [[nodiscard]] std::span<float> plane(std::size_t channel) {
     return std::span(values).subspan(channel * pixels(), pixels());
   }
@@ -46,6 +47,7 @@ struct TileExpectation {
   int film_height = 0;
   std::uint32_t samples = 0;  ///< of the pass
   bool aovs = false;
+  Layout layout = default_layout();
 };
 
 /// Decodes and checks everything against `expected` before anything is allocated by what the file

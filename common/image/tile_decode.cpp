@@ -19,15 +19,6 @@ namespace tessera::image {
 
 namespace {
 
-std::vector<std::size_t> sorted_prefix(std::size_t count) {
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [](std::size_t a, std::size_t b) {
-    return channel_table()[a].name < channel_table()[b].name;
-  });
-  return order;
-}
-
 [[noreturn]] void wrong(std::string_view what, const std::string& expected,
                         const std::string& found) {
   throw Error(ErrorKind::bad_input, fmt::format("{}: expected {}, found {}", what, expected, found),
@@ -54,7 +45,7 @@ void check_kind(std::span<const std::byte> exr) {
 /// Pixels, table, and as much again for attributes as a header needs a hundred times over.
 void check_size(std::span<const std::byte> exr, const TileExpectation& expected) {
   const auto pixels = static_cast<std::size_t>(expected.window.pixels());
-  const std::size_t most = pixels * channels_travelling(expected.aovs) * sizeof(float) +
+  const std::size_t most = pixels * expected.layout->travelling(expected.aovs) * sizeof(float) +
                            static_cast<std::size_t>(expected.window.height) * 16 + 64 * limits::KiB;
   if (exr.size() > most)
     wrong("size", fmt::format("at most {} bytes", most), fmt::format("{} bytes", exr.size()));
@@ -71,18 +62,18 @@ void check_window(std::string_view what, const exr_attr_box2i_t& found, const Re
         fmt::format("{}x{} at {},{}", width, height, found.min.x, found.min.y));
 }
 
-void check_channels(const exr_attr_chlist_t& found, bool aovs) {
-  const auto order = travelling_by_name(aovs);
+void check_channels(const exr_attr_chlist_t& found, const TileExpectation& expected) {
+  const ChannelLayout& layout = *expected.layout;
+  const auto order = layout.by_name(expected.aovs);
   const std::span entries(found.entries, static_cast<std::size_t>(found.num_channels));
-  const auto fits = [](const exr_attr_chlist_entry_t& entry, std::size_t channel) {
+  const auto fits = [&](const exr_attr_chlist_entry_t& entry, std::size_t channel) {
     return std::string_view(entry.name.str, static_cast<std::size_t>(entry.name.length)) ==
-               channel_table()[channel].name &&
+               layout[channel].name &&
            entry.pixel_type == EXR_PIXEL_FLOAT && entry.x_sampling == 1 && entry.y_sampling == 1;
   };
   if (std::equal(entries.begin(), entries.end(), order.begin(), order.end(), fits)) return;
   std::vector<std::string> expected_names, found_names;
-  for (const std::size_t channel : order)
-    expected_names.emplace_back(channel_table()[channel].name);
+  for (const std::size_t channel : order) expected_names.push_back(layout[channel].name);
   constexpr std::array<const char*, 3> types{"uint", "half", "float"};
   for (const auto& entry : entries.first(std::min<std::size_t>(entries.size(), 32))) {
     const std::string_view name(entry.name.str, static_cast<std::size_t>(entry.name.length));
@@ -124,7 +115,7 @@ void check_header(const ExrCore& file, const TileExpectation& expected) {
   check_window("display window", window, {0, 0, expected.film_width, expected.film_height});
   const exr_attr_chlist_t* channels = nullptr;
   file.require(exr_get_channels(file.get(), 0, &channels));
-  check_channels(*channels, expected.aovs);
+  check_channels(*channels, expected);
   check_samples(file, Group::beauty, expected.samples);
   check_samples(file, Group::aov, expected.aovs ? expected.samples : 0);
 }
@@ -133,7 +124,8 @@ void check_header(const ExrCore& file, const TileExpectation& expected) {
 void find_lines(const ExrCore& file, std::span<const std::byte> exr, TileView& tile) {
   const std::size_t row_bytes = static_cast<std::size_t>(tile.window.width) * sizeof(float);
   std::size_t line_bytes = 0;
-  for (const std::size_t channel : travelling_by_name(tile.has_aovs())) {
+  tile.offset_of.resize(tile.layout->size());
+  for (const std::size_t channel : tile.layout->by_name(tile.has_aovs())) {
     tile.offset_of[channel] = line_bytes;
     line_bytes += row_bytes;
   }
@@ -169,7 +161,7 @@ bool any_negative(const FloatRow& values) {
 /// Throws for the first value of the line that may not be.
 void refuse_values(const TileView& tile, std::size_t y) {
   for (std::size_t channel = 0; channel < tile.channels(); ++channel) {
-    const Channel& entry = channel_table()[channel];
+    const Channel& entry = (*tile.layout)[channel];
     const bool may_be_negative = entry.merge != Merge::moment2;
     const FloatRow row = tile.row(channel, y);
     for (std::size_t x = 0; x < row.size(); ++x) {
@@ -189,7 +181,7 @@ void check_values(const TileView& tile) {
   for (std::size_t y = 0; y < tile.lines.size(); ++y) {
     bool usable = all_finite(FloatRow(tile.lines[y], in_line));
     for (std::size_t channel = 0; channel < tile.channels(); ++channel)
-      if (channel_table()[channel].merge == Merge::moment2)
+      if ((*tile.layout)[channel].merge == Merge::moment2)
         usable = usable && !any_negative(tile.row(channel, y));
     if (!usable) refuse_values(tile, y);
   }
@@ -197,19 +189,15 @@ void check_values(const TileView& tile) {
 
 }  // namespace
 
-std::span<const std::size_t> travelling_by_name(bool with_aovs) {
-  static const std::vector<std::size_t> beauty = sorted_prefix(channels_travelling(false));
-  static const std::vector<std::size_t> all = sorted_prefix(channels_travelling(true));
-  return with_aovs ? all : beauty;
-}
-
 TileView view_of(const TileImage& tile) {
   TileView view{.window = tile.window,
                 .film_width = tile.film_width,
                 .film_height = tile.film_height,
                 .samples = tile.samples,
                 .lines = {},
-                .offset_of = {}};
+                .offset_of = {},
+                .layout = tile.layout};
+  view.offset_of.resize(tile.layout->size());
   const std::span<const std::byte> bytes = std::as_bytes(std::span(tile.values));
   const std::size_t row_bytes = static_cast<std::size_t>(tile.window.width) * sizeof(float);
   for (std::size_t channel = 0; channel < tile.channels(); ++channel)
@@ -229,7 +217,8 @@ TileView view_tile(std::span<const std::byte> exr, const TileExpectation& expect
                 .film_height = expected.film_height,
                 .samples = {expected.samples, expected.aovs ? expected.samples : 0},
                 .lines = {},
-                .offset_of = {}};
+                .offset_of = {},
+                .layout = expected.layout};
   find_lines(file, exr, tile);
   check_values(tile);
   return tile;
@@ -241,7 +230,8 @@ TileImage decode_tile(std::span<const std::byte> exr, const TileExpectation& exp
                  .film_width = view.film_width,
                  .film_height = view.film_height,
                  .samples = view.samples,
-                 .values = {}};
+                 .values = {},
+                 .layout = view.layout};
   tile.values.resize(tile.channels() * tile.pixels());
   float* to = tile.values.data();
   for (std::size_t channel = 0; channel < tile.channels(); ++channel)

@@ -9,12 +9,13 @@ namespace tessera::image {
 
 std::vector<std::byte> encode_tile(const TileImage& tile) {
   assert(tile.values.size() == tile.channels() * tile.pixels());
-  const std::span<const std::size_t> order = travelling_by_name(tile.has_aovs());
+  const ChannelLayout& channels = *tile.layout;
+  const std::span<const std::size_t> order = channels.by_name(tile.has_aovs());
   ExrLayout layout{.data = tile.window,
                    .film_width = tile.film_width,
                    .film_height = tile.film_height,
                    .channels = {}};
-  for (const std::size_t channel : order) layout.channels.push_back(channel_table()[channel].name);
+  for (const std::size_t channel : order) layout.channels.push_back(channels[channel].name);
   std::vector<Metadata::Attribute> attributes;
   for (std::size_t group = 0; group < group_count; ++group)
     attributes.push_back(

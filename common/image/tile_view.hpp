@@ -35,13 +35,14 @@ struct TileView {
   Rect window;  ///< within the film, pixels
   int film_width = 0;
   int film_height = 0;
-  std::array<std::uint32_t, group_count> samples{};    ///< as in TileImage
-  std::vector<const std::byte*> lines;                 ///< each row's bytes, from the upper one
-  std::array<std::size_t, channel_count> offset_of{};  ///< of each channel's values in a line
+  std::array<std::uint32_t, group_count> samples{};  ///< as in TileImage
+  std::vector<const std::byte*> lines;               ///< each row's bytes, from the upper one
+  std::vector<std::size_t> offset_of;                ///< of each channel's values in a line
+  Layout layout = default_layout();
 
   [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.pixels()); }
   [[nodiscard]] bool has_aovs() const { return samples[static_cast<std::size_t>(Group::aov)] != 0; }
-  [[nodiscard]] std::size_t channels() const { return channels_travelling(has_aovs()); }
+  [[nodiscard]] std::size_t channels() const { return layout->travelling(has_aovs()); }
   [[nodiscard]] FloatRow row(std::size_t channel, std::size_t y) const {
     return {lines[y] + offset_of[channel], static_cast<std::size_t>(window.width)};
   }

@@ -9,6 +9,7 @@
 #include "common/base/json.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
+#include "common/job/aovs.hpp"
 
 namespace tessera {
 
@@ -41,7 +42,9 @@ Json render_json(const RenderSettings& render) {
               {"filter", render.filter},
               {"filter_width", render.filter_width},
               {"light_samples", render.light_samples},
-              {"seed", render.seed}};
+              {"seed", render.seed},
+              {"aovs", render.aovs},
+              {"aovs_follow_specular", render.aovs_follow_specular}};
   if (render.pixel_aspect != 1) out["pixel_aspect"] = render.pixel_aspect;
   if (render.crop) out["crop"] = to_json(*render.crop);
   if (render.clamp_direct > 0) out["clamp_direct"] = render.clamp_direct;
@@ -70,6 +73,9 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.clamp_indirect = in.number_or("clamp_indirect", 0, limits::clamp_max, 0);
   if (const Json* crop = in.optional("crop"))
     render.crop = rect_from_json(*crop, in.path_of("crop"));
+  if (const Json* aovs = in.optional("aovs"))
+    render.aovs = aov_names_from(*aovs, in.path_of("aovs"));
+  render.aovs_follow_specular = in.boolean_or("aovs_follow_specular", false);
   in.finish();
   return render;
 }
@@ -214,6 +220,7 @@ void check(const JobSpec& spec) {
   if (!(spec.fps >= fps_least && spec.fps <= fps_most))
     bad("fps", fmt::format("expected a number from {} to {}", fps_least, fps_most));
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
+  check_aovs(render.aovs, spec.tile);
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("max_workers", spec.max_workers, 0, max_workers_most);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
@@ -297,6 +304,9 @@ Digest plan_digest(const JobSpec& spec) {
     decisive.erase(key);
   // Plans of jobs that were accepted before there was such a key keep their digest.
   if (spec.fps == JobSpec{}.fps) decisive.erase("fps");
+  Json& render = decisive["render"];
+  if (spec.render.aovs.empty()) render.erase("aovs");
+  if (!spec.render.aovs_follow_specular) render.erase("aovs_follow_specular");
   decisive["plan"] = 1;  // counts changes of the rule for tiles and passes
   return digest_of(decisive.dump());
 }

@@ -31,6 +31,11 @@ struct RenderSettings {
   /// The most that one contribution to a sample may have, as the mean of its R, G and B: of light
   /// that has met one surface, and of light that has met several. 0: no limit, and no bias.
   double clamp_direct = 0, clamp_indirect = 0;
+  /// Outputs beside the picture, by name (aovs.hpp); none: albedo, N, Z.
+  std::vector<std::string> aovs;
+  /// AOVs of the first surface are those of the first that is neither mirror nor clear glass, as
+  /// denoisers like them.
+  bool aovs_follow_specular = false;
   bool operator==(const RenderSettings&) const = default;
 
   /// The pixels that are rendered.

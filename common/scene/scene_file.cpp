@@ -8,6 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
+#include "common/job/aovs.hpp"
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/parts.hpp"
@@ -106,6 +107,17 @@ Rect read_crop(const Value& value, const RenderSettings& film) {
   return out;
 }
 
+std::vector<std::string> read_aovs(const Value& list) {
+  std::vector<std::string> names;
+  for (const Value& name : list.items("a list of names")) names.push_back(name.text());
+  try {
+    static_cast<void>(aov_uses(names));
+  } catch (const Error& error) {
+    list.fail(error.message());
+  }
+  return names;
+}
+
 void read_render(Fields& root, RenderSettings& out) {
   const auto render = root.optional("render");
   if (!render) return;
@@ -122,6 +134,8 @@ void read_render(Fields& root, RenderSettings& out) {
   out.clamp_direct = in.number_or("clamp_direct", 0, limits::clamp_max, 0);
   out.clamp_indirect = in.number_or("clamp_indirect", 0, limits::clamp_max, 0);
   if (const auto crop = in.optional("crop")) out.crop = read_crop(*crop, out);
+  if (const auto aovs = in.optional("aovs")) out.aovs = read_aovs(*aovs);
+  out.aovs_follow_specular = in.boolean_or("aovs_follow_specular", out.aovs_follow_specular);
   in.finish();
 }
 

@@ -19,7 +19,7 @@ void CoordinatorImpl::compact_in_time(JobId id, std::int32_t frame) {
   if (!job || !film || stopping_ || job->ending || job->extending) return;
   if (compacting_) return;  // a whole film each: one at a time; the next fold tries again
   if (job->checkpointing.contains(frame)) return;
-  const std::size_t whole = film_bytes(job->plan->grid.window().pixels());
+  const std::size_t whole = film_bytes(job->plan->grid.window().pixels(), *film->layout());
   if (!worth_a_checkpoint(film->journal_bytes(), whole)) return;
   compacting_ = true;
   job->checkpointing.insert(frame);

@@ -36,7 +36,8 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
 boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t frame) {
   const std::filesystem::path file = frame_path(settings_.data, id, frame);
   const auto plan = known(id).plan;
-  const std::uint64_t bytes = film_bytes(plan->grid.window().pixels());
+  const std::uint64_t bytes =
+      film_bytes(plan->grid.window().pixels(), *image::layout_of(plan->spec.render.aovs));
   WholeFilm whole;
   while (!(whole.share = whole_films_.take(bytes)) && !crew_.stopping())
     co_await files_changed_.wait();

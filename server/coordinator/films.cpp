@@ -87,19 +87,20 @@ void Films::post(Batch batch) {
   });
 }
 
-std::shared_ptr<FilmTile> Films::begin(const JobPlan& plan, const FoldWork& work) const {
+std::shared_ptr<FilmTile> Films::begin(const FrameFilm& film, const FoldWork& work) const {
   if (work.own) return work.own;
-  const Rect window = plan.grid.tile(work.tile);
+  const Rect window = film.plan().grid.tile(work.tile);
   if (work.checkpoint)
-    return std::make_shared<FilmTile>(source_.checkpoint(*work.checkpoint, window));
-  return std::make_shared<FilmTile>(work.before ? *work.before : empty_film_tile(window));
+    return std::make_shared<FilmTile>(source_.checkpoint(*work.checkpoint, window, film.layout()));
+  return std::make_shared<FilmTile>(work.before ? *work.before
+                                                : empty_film_tile(window, film.layout()));
 }
 
 void Films::fold(Fold& fold) const {
   try {
     const JobPlan& plan = fold.frame->film.plan();
     const std::uint32_t tile = fold.work.tile;
-    auto sums = begin(plan, fold.work);
+    auto sums = begin(fold.frame->film, fold.work);
     for (const FoldWork::Pass& pass : fold.work.passes) {
       if (sums == fold.work.own && pass.pass < sums->passes) continue;  // by an earlier try
       if (sums->passes != pass.pass)

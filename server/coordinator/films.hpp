@@ -23,7 +23,7 @@ class Films {
     /// A result's, from the journal, decoded.
     std::function<DecodedTile(const ResultPlace&, const image::TileExpectation&)> result;
     /// A film's, from its checkpoint.
-    std::function<FilmTile(const CheckpointPlace&, const Rect&)> checkpoint;
+    std::function<FilmTile(const CheckpointPlace&, const Rect&, const image::Layout&)> checkpoint;
   };
   struct Hooks {
     /// Passes [0, passes) of the tile are folded; the frame has a new version.
@@ -99,7 +99,7 @@ class Films {
   void fold(Fold& fold) const;
   /// After a pause, for what is out of descriptors or memory now may have them then.
   boost::asio::awaitable<void> fold_again(Batch batch);
-  [[nodiscard]] std::shared_ptr<FilmTile> begin(const JobPlan& plan, const FoldWork& work) const;
+  [[nodiscard]] std::shared_ptr<FilmTile> begin(const FrameFilm& film, const FoldWork& work) const;
   void finish(const Batch& batch);
   void trim();
 

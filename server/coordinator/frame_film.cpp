@@ -14,6 +14,7 @@ image::TileExpectation expectation_of(const JobPlan& plan, const TaskId& task) {
   expected.film_height = plan.grid.film_height();
   expected.samples = static_cast<std::uint32_t>(plan.passes.pass(task.pass).count);
   expected.aovs = plan.passes.has_aovs(task.pass, plan.spec.aov_samples);
+  expected.layout = image::layout_of(plan.spec.render.aovs);
   return expected;
 }
 
@@ -26,11 +27,12 @@ DecodedTile decode(std::shared_ptr<const std::vector<std::byte>> exr,
 FrameFilm::FrameFilm(std::shared_ptr<const JobPlan> plan, std::int32_t frame, std::uint64_t version)
     : plan_(std::move(plan)),
       frame_(frame),
-      film_(plan_->grid, version),
+      layout_(image::layout_of(plan_->spec.render.aovs)),
+      film_(plan_->grid, version, layout_),
       tiles_(plan_->grid.count()) {}
 
 std::size_t FrameFilm::bytes_of(std::uint32_t tile) const {
-  return film_bytes(plan_->grid.tile(tile).pixels());
+  return film_bytes(plan_->grid.tile(tile).pixels(), *layout_);
 }
 
 // ---- after a start ----
@@ -65,7 +67,7 @@ void FrameFilm::restored() {
     irregular_ += tile.folded > plan_->passes.regular() ? 1 : 0;
     version += tile.folded;
   }
-  film_ = Film(plan_->grid, version);
+  film_ = Film(plan_->grid, version, layout_);
 }
 
 // ---- folding ----

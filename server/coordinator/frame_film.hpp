@@ -99,6 +99,7 @@ class FrameFilm {
   }
   [[nodiscard]] const JobPlan& plan() const { return *plan_; }
   [[nodiscard]] std::int32_t frame() const { return frame_; }
+  [[nodiscard]] const image::Layout& layout() const { return layout_; }
 
  private:
   struct Tile {
@@ -117,6 +118,7 @@ class FrameFilm {
 
   std::shared_ptr<const JobPlan> plan_;
   std::int32_t frame_;
+  image::Layout layout_;
   Film film_;
   std::vector<Tile> tiles_;
   std::size_t unloaded_ = 0;

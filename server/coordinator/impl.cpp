@@ -70,20 +70,21 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
       files_(1),
       checkpoints_(1),
       upkeep_(1),
-      films_(io_, pool_, settings_.pool_threads, crew_, settings_.film_memory,
-             {[this](const ResultPlace& place, const image::TileExpectation& expected) {
-                return decode(
-                    std::make_shared<const std::vector<std::byte>>(store_->read_result(place).exr),
-                    expected);
-              },
-              [this](const CheckpointPlace& place, const Rect& window) {
-                return film_tile_from(store_->read_checkpoint(place), window);
-              }},
-             {[this](JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
-                tile_folded(job, frame, tile, passes);
-              },
-              [this](JobId job, const std::string& reason) { fail_job(job, reason); },
-              [this] { hold_or_release(); }}),
+      films_(
+          io_, pool_, settings_.pool_threads, crew_, settings_.film_memory,
+          {[this](const ResultPlace& place, const image::TileExpectation& expected) {
+             return decode(
+                 std::make_shared<const std::vector<std::byte>>(store_->read_result(place).exr),
+                 expected);
+           },
+           [this](const CheckpointPlace& place, const Rect& window, const image::Layout& layout) {
+             return film_tile_from(store_->read_checkpoint(place), window, layout);
+           }},
+          {[this](JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes) {
+             tile_folded(job, frame, tile, passes);
+           },
+           [this](JobId job, const std::string& reason) { fail_job(job, reason); },
+           [this] { hold_or_release(); }}),
       results_(io_, pool_, settings_.pool_threads, crew_,
                [this](std::vector<ArrivedResult>& group) {
                  std::vector<NewResult> batch;

@@ -74,10 +74,10 @@ class KeptFrame {
     const JobPlan& plan = *of_.plan;
     const Rect window = plan.grid.tile(index);
     const auto held = checkpointed_.find(index);
-    FilmTile sums = empty_film_tile(window);
+    FilmTile sums = empty_film_tile(window, layout_);
     if (held != checkpointed_.end()) {
       const std::vector<std::byte> bytes = store_.read_checkpoint(held->second.second);
-      sums = parsed([&] { return film_tile_from(bytes, window); });
+      sums = parsed([&] { return film_tile_from(bytes, window, layout_); });
     }
     while (sums.passes < plan.passes.regular()) {
       const TaskId task{of_.frame, index, sums.passes};
@@ -93,6 +93,7 @@ class KeptFrame {
  private:
   const Store& store_;
   const SettleInput& of_;
+  image::Layout layout_ = image::layout_of(of_.plan->spec.render.aovs);
   std::map<std::uint32_t, std::pair<std::uint32_t, CheckpointPlace>> checkpointed_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, ResultPlace> results_;
 };

@@ -50,7 +50,7 @@ Pins check_assets(assets::BlobStore& blobs, const Digest& bundle) {
 /// Throws Error{too_large} if the film of one frame is more than all films may take.
 void check_film(const JobSpec& spec, std::uint64_t most) {
   const Rect window = spec.render.window();
-  const std::size_t film = film_bytes(window.pixels());
+  const std::size_t film = film_bytes(window.pixels(), *image::layout_of(spec.render.aovs));
   if (film > most)
     throw Error(
         ErrorKind::too_large,

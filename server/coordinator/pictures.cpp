@@ -106,7 +106,8 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
       throw Error(ErrorKind::not_found,
                   fmt::format("job {} ended without a picture of frame {}", key.job, key.frame));
     } else {
-      film = Film(plan->grid, job.version_base).snapshot();
+      film =
+          Film(plan->grid, job.version_base, image::layout_of(plan->spec.render.aovs)).snapshot();
     }
     picture.version = film.version;
     auto shared = std::make_shared<const FilmSnapshot>(std::move(film));

@@ -1,11 +1,13 @@
 #include "server/film/film.hpp"
 
+#include <utility>
+
 #include "common/base/error.hpp"
 
 namespace tessera::server {
 
-Film::Film(const TileGrid& grid, std::uint64_t version)
-    : grid_(grid), version_(version), slots_(grid.count()) {}
+Film::Film(const TileGrid& grid, std::uint64_t version, image::Layout layout)
+    : grid_(grid), version_(version), layout_(std::move(layout)), slots_(grid.count()) {}
 
 std::uint32_t Film::passes(std::uint32_t tile) const {
   const auto& slot = slots_.at(tile);
@@ -22,7 +24,8 @@ void Film::fold(std::uint32_t tile, const image::TileImage& pass) {
   Slot& slot = slots_.at(tile);
   if (!slot.own) {
     const Rect window = grid_.tile(tile);
-    auto copy = std::make_shared<FilmTile>(slot.tile ? *slot.tile : empty_film_tile(window));
+    auto copy =
+        std::make_shared<FilmTile>(slot.tile ? *slot.tile : empty_film_tile(window, layout_));
     server::fold(*copy, pass);
     slot.own = std::move(copy);
     slot.tile = slot.own;
@@ -39,8 +42,8 @@ void Film::put(std::uint32_t tile, std::shared_ptr<const FilmTile> folded) {
 
 void Film::restore(std::uint32_t tile, std::shared_ptr<const FilmTile> stored) {
   Slot& slot = slots_.at(tile);
-  if (!stored || stored->window != grid_.tile(tile) ||
-      stored->sums.size() != image::channel_count * stored->pixels())
+  if (!stored || stored->window != grid_.tile(tile) || *stored->layout != *layout_ ||
+      stored->sums.size() != layout_->size() * stored->pixels())
     throw Error(ErrorKind::failed, "a tile does not fit the film that it was to be put into");
   slot.tile = std::move(stored);
   slot.own.reset();
@@ -65,7 +68,8 @@ void Film::give_back(std::uint32_t tile, std::shared_ptr<FilmTile> folded) {
 }
 
 FilmSnapshot Film::snapshot() {
-  FilmSnapshot out{.grid = grid_, .version = version_, .tiles = {}, .versions = {}};
+  FilmSnapshot out{
+      .grid = grid_, .version = version_, .tiles = {}, .versions = {}, .layout = layout_};
   out.tiles.reserve(slots_.size());
   out.versions.reserve(slots_.size());
   for (Slot& slot : slots_) {
@@ -77,8 +81,8 @@ FilmSnapshot Film::snapshot() {
 }
 
 std::shared_ptr<const FilmTile> folded(const FilmTile* before, const image::TileImage& pass) {
-  auto after =
-      std::make_shared<FilmTile>(before != nullptr ? *before : empty_film_tile(pass.window));
+  auto after = std::make_shared<FilmTile>(
+      before != nullptr ? *before : empty_film_tile(pass.window, pass.layout));
   fold(*after, pass);
   return after;
 }

@@ -21,6 +21,7 @@ struct FilmSnapshot {
       tiles;  ///< by index in the grid; nullptr where nothing has arrived
   std::vector<std::uint64_t>
       versions;  ///< the film's version when each tile changed last; 0: never
+  image::Layout layout = image::default_layout();
 };
 
 /// The film of one frame. Its version grows by one with every change. Tiles are copied on write: a
@@ -29,7 +30,8 @@ class Film {
  public:
   /// Empty. `version` is where counting goes on after a start: at least the last version that
   /// anyone was told.
-  explicit Film(const TileGrid& grid, std::uint64_t version = 0);
+  explicit Film(const TileGrid& grid, std::uint64_t version = 0,
+                image::Layout layout = image::default_layout());
 
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
   [[nodiscard]] std::uint64_t version() const { return version_; }
@@ -66,6 +68,7 @@ class Film {
 
   TileGrid grid_;
   std::uint64_t version_ = 0;
+  image::Layout layout_;
   std::vector<Slot> slots_;
 };
 
@@ -81,6 +84,7 @@ class FilmRows : public image::FrameRows {
   [[nodiscard]] int film_width() const override { return film_.grid.film_width(); }
   [[nodiscard]] int film_height() const override { return film_.grid.film_height(); }
   [[nodiscard]] Rect window() const override { return film_.grid.window(); }
+  [[nodiscard]] const image::ChannelLayout& layout() const override { return *film_.layout; }
   void values(std::size_t channel, int y, std::span<float> row) const override;
   void samples(int y, std::span<std::uint32_t> row) const override;
 

@@ -12,7 +12,6 @@ namespace tessera::server {
 
 namespace {
 
-using image::channel_count;
 constexpr std::size_t rgba_channels = 4;
 static_assert(image::A + 1 == rgba_channels);
 
@@ -67,7 +66,8 @@ void FilmRows::values(std::size_t channel, int y, std::span<float> row) const {
   each_tile(y, [&](const FilmTile* tile, const Rect& window) {
     float* to = row.data() + (window.x - film_.grid.window().x);
     if (!tile) {
-      std::fill_n(to, window.width, channel == image::Z ? image::nothing_hit_z : 0.0F);
+      const bool nearest = layout()[channel].merge == image::Merge::nearest;
+      std::fill_n(to, window.width, nearest ? image::nothing_hit_z : 0.0F);
       return;
     }
     const double divisor = mean_divisor(*tile, channel);
@@ -99,9 +99,12 @@ void FilmRows::each_tile(int y, Visit visit) const {
 
 image::FrameImage resolve(const FilmSnapshot& film) {
   const FilmRows rows(film);
-  image::FrameImage frame{
-      .width = rows.width(), .height = rows.height(), .values = {}, .samples = {}};
-  frame.values = resolve_channels(film, channel_count);
+  image::FrameImage frame{.width = rows.width(),
+                          .height = rows.height(),
+                          .values = {},
+                          .samples = {},
+                          .layout = film.layout};
+  frame.values = resolve_channels(film, film.layout->size());
   frame.samples.resize(frame.pixels());
   const auto width = static_cast<std::size_t>(frame.width);
   for (int y = 0; y < frame.height; ++y)

@@ -1,14 +1,13 @@
 #include "server/film/film_tile.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/error.hpp"
 
 namespace tessera::server {
 
 using image::Channel;
-using image::channel_count;
-using image::channel_table;
 using image::Merge;
 using image::TileView;
 
@@ -64,12 +63,14 @@ void each_row(FilmTile& tile, std::size_t channel, MergeRow merge) {
 
 }  // namespace
 
-FilmTile empty_film_tile(const Rect& window) {
+FilmTile empty_film_tile(const Rect& window, image::Layout layout) {
   FilmTile tile;
   tile.window = window;
-  tile.sums.assign(channel_count * tile.pixels(), 0.0);
-  for (std::size_t c = 0; c < channel_count; ++c)
-    if (channel_table()[c].merge == Merge::nearest)
+  tile.sums.assign(layout->size() * tile.pixels(), 0.0);
+  tile.layout = std::move(layout);
+  const std::span<const Channel> channels = tile.layout->channels();
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    if (channels[c].merge == Merge::nearest)
       std::fill_n(tile.sums.begin() + static_cast<std::ptrdiff_t>(c * tile.pixels()), tile.pixels(),
                   static_cast<double>(image::nothing_hit_z));
   return tile;
@@ -78,9 +79,10 @@ FilmTile empty_film_tile(const Rect& window) {
 void fold(FilmTile& tile, const TileView& pass) {
   const bool fits = pass.window == tile.window &&
                     pass.lines.size() == static_cast<std::size_t>(tile.window.height) &&
-                    tile.sums.size() == channel_count * tile.pixels() && pass.samples[0] != 0;
+                    *pass.layout == *tile.layout &&
+                    tile.sums.size() == tile.layout->size() * tile.pixels() && pass.samples[0] != 0;
   if (!fits) does_not_fit();
-  const auto travelling = channel_table().first(pass.channels());
+  const auto travelling = tile.layout->channels().first(pass.channels());
   // Second moments first: they need the means as they were before this pass.
   for (std::size_t c = 0; c < travelling.size(); ++c) {
     const Channel& channel = travelling[c];
@@ -110,7 +112,7 @@ void fold(FilmTile& tile, const image::TileImage& pass) {
 }
 
 double mean_divisor(const FilmTile& tile, std::size_t channel) {
-  const Channel& entry = channel_table()[channel];
+  const Channel& entry = (*tile.layout)[channel];
   const std::uint64_t samples = tile.samples[group_index(entry)];
   return entry.merge == Merge::mean && samples > 0 ? static_cast<double>(samples) : 1.0;
 }
@@ -118,7 +120,7 @@ double mean_divisor(const FilmTile& tile, std::size_t channel) {
 std::vector<float> resolve(const FilmTile& tile) {
   const std::size_t pixels = tile.pixels();
   std::vector<float> values(tile.sums.size());
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (std::size_t c = 0; c < tile.layout->size(); ++c) {
     const double divisor = mean_divisor(tile, c);
     for (std::size_t i = c * pixels; i < (c + 1) * pixels; ++i)
       values[i] = static_cast<float>(tile.sums[i] / divisor);

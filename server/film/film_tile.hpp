@@ -17,15 +17,16 @@ struct FilmTile {
   Rect window;
   std::uint32_t passes = 0;                                 ///< folded: [0, passes)
   std::array<std::uint64_t, image::group_count> samples{};  ///< per pixel, of each group
-  /// Planes in the order of channel_table(): Σ n·mean for means, M2 for second moments, the least
+  /// Planes in the order of the layout: Σ n·mean for means, M2 for second moments, the least
   /// for nearest.
   std::vector<double> sums;
+  image::Layout layout = image::default_layout();
 
   [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(window.pixels()); }
 };
 
 /// Nothing gathered yet.
-FilmTile empty_film_tile(const Rect& window);
+FilmTile empty_film_tile(const Rect& window, image::Layout layout = image::default_layout());
 /// Folds the result of pass `tile.passes` in. Passes must come in order, each once.
 void fold(FilmTile& tile, const image::TileView& pass);
 void fold(FilmTile& tile, const image::TileImage& pass);

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "common/base/error.hpp"
 
@@ -89,13 +90,14 @@ std::vector<std::byte> bytes_of(const FilmTile& tile) {
   out.number(tile.passes);
   out.number(static_cast<std::uint32_t>(image::group_count));
   for (const std::uint64_t samples : tile.samples) out.number(samples);
-  out.number(static_cast<std::uint32_t>(image::channel_count));
-  for (std::size_t c = 0; c < image::channel_count; ++c)
+  out.number(static_cast<std::uint32_t>(tile.layout->size()));
+  for (std::size_t c = 0; c < tile.layout->size(); ++c)
     out.plane(std::span(tile.sums).subspan(c * tile.pixels(), tile.pixels()));
   return out.take();
 }
 
-FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window) {
+FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window,
+                        image::Layout layout) {
   In in(bytes);
   if (in.number<std::uint32_t>() != version) fail("a stored tile of a film is of another version");
   for (const int value : {window.x, window.y, window.width, window.height})
@@ -107,10 +109,11 @@ FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window) {
   if (in.number<std::uint32_t>() != image::group_count)
     fail("a stored tile of a film has other groups of channels");
   for (std::uint64_t& samples : tile.samples) samples = in.number<std::uint64_t>();
-  if (in.number<std::uint32_t>() != image::channel_count)
+  if (in.number<std::uint32_t>() != layout->size())
     fail("a stored tile of a film has other channels");
-  tile.sums.assign(image::channel_count * tile.pixels(), 0.0);
-  for (std::size_t c = 0; c < image::channel_count; ++c)
+  tile.layout = std::move(layout);
+  tile.sums.assign(tile.layout->size() * tile.pixels(), 0.0);
+  for (std::size_t c = 0; c < tile.layout->size(); ++c)
     in.plane(std::span(tile.sums).subspan(c * tile.pixels(), tile.pixels()));
   if (!in.at_end()) fail("a stored tile of a film is longer than it says");
   return tile;

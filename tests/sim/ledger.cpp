@@ -29,7 +29,7 @@ void audit_tile(const JobPlan& plan, std::int32_t frame, std::uint32_t tile,
   require(same_bits(film.sums, straight_fold(plan, frame, tile).sums),
           where + " has the straight fold's bits");
   const std::vector<double> plain = plain_sums(plan, frame, tile);
-  const auto table = image::channel_table();
+  const auto table = image::default_layout()->channels();
   for (std::size_t c = 0; c < plain.size(); ++c) {
     // Sums and least values to the bit; deviations as the rounding of another formula allows.
     const double far = table[c].merge == image::Merge::moment2

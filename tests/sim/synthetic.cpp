@@ -29,7 +29,7 @@ image::TileImage render(const JobPlan& plan, const TaskId& task) {
   const std::uint64_t base =
       mixed(plan.spec.render.seed ^
             mixed((std::uint64_t{static_cast<std::uint32_t>(task.frame)} << 32) | task.tile));
-  const auto table = image::channel_table();
+  const auto table = image::default_layout()->channels();
   std::array<double, image::channel_count> mean{}, moment{}, least{};
   least.fill(image::nothing_hit_z);
   for (std::int64_t i = 0; i < range.count; ++i) {
@@ -76,6 +76,7 @@ server::DecodedTile decode(const Bytes& bytes, const JobPlan& plan, const TaskId
               view.samples[0] == plan.passes.pass(task.pass).count,
           "a kept tile is its task's");
   view.lines = {bytes->data() + sizeof view.samples};
+  view.offset_of.resize(image::channel_count);
   for (std::size_t channel = 0; channel < image::channel_count; ++channel)
     view.offset_of[channel] = channel * sizeof(float);
   decoded.exr = bytes;
@@ -124,7 +125,7 @@ server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uin
 }
 
 std::vector<double> plain_sums(const JobPlan& plan, std::int32_t frame, std::uint32_t tile) {
-  const auto table = image::channel_table();
+  const auto table = image::default_layout()->channels();
   std::vector<double> sums(table.size(), 0.0), squares(table.size(), 0.0);
   std::array<double, image::group_count> samples{};
   for (std::size_t c = 0; c < table.size(); ++c)

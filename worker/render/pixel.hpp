@@ -9,12 +9,11 @@
 
 namespace tessera::render {
 
-/// Gathers one pixel's samples of one pass, in index order, in double.
+/// Gathers the picture of one pixel's samples of one pass, in index order, in double.
 class PixelSums {
  public:
   /// Records that are not finite are to be replaced by an empty one before.
-  /// Without `aovs` albedo, normal and z are left out.
-  void add(const SampleRecord& record, bool aovs) {
+  void add(const SampleRecord& record) {
     const std::array<double, 3> rgb{record.radiance.r, record.radiance.g, record.radiance.b};
     if (count_ == 0) first_ = rgb;
     ++count_;
@@ -28,33 +27,19 @@ class PixelSums {
       square_[c] += off * off;
     }
     mean_[3] += record.alpha;
-    if (!aovs) return;
-    aov_[0] += record.albedo.r;
-    aov_[1] += record.albedo.g;
-    aov_[2] += record.albedo.b;
-    aov_[3] += record.normal.x;
-    aov_[4] += record.normal.y;
-    aov_[5] += record.normal.z;
-    z_ = std::min(z_, record.z);
   }
 
-  /// The pixel's value in `channel`, rounded once.
+  /// The pixel's value in `channel`, one of R … M2.B, rounded once.
   [[nodiscard]] float value(std::size_t channel) const {
     const double n = static_cast<double>(count_);
     if (channel <= image::A) return static_cast<float>(mean_[channel] / n);
-    if (channel <= image::M2_B) {
-      const std::size_t c = channel - image::M2_R;
-      return static_cast<float>(std::max(0.0, square_[c] - off_[c] * off_[c] / n));
-    }
-    if (channel < image::Z) return static_cast<float>(aov_[channel - image::albedo_R] / n);
-    return z_;
+    const std::size_t c = channel - image::M2_R;
+    return static_cast<float>(std::max(0.0, square_[c] - off_[c] * off_[c] / n));
   }
 
  private:
   std::array<double, 4> mean_{};
   std::array<double, 3> first_{}, off_{}, square_{};
-  std::array<double, 6> aov_{};
-  float z_ = image::nothing_hit_z;
   std::int64_t count_ = 0;
 };
 

@@ -13,6 +13,7 @@
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
 #include "common/base/thread_clock.hpp"
+#include "worker/render/aov_sums.hpp"
 #include "worker/render/camera.hpp"
 #include "worker/render/filter.hpp"
 #include "worker/render/float_mode.hpp"
@@ -39,6 +40,7 @@ struct Plan {
   const Scene& scene;
   const TaskRequest& request;
   Camera camera;
+  image::Layout layout;
   std::shared_ptr<const Filter> filter;
   SamplerKind sampler;
   Integrator integrator;
@@ -50,6 +52,7 @@ struct Plan {
         request(asked),
         camera(camera_of(on, asked.camera), asked.settings.width, asked.settings.height, on.origin,
                asked.settings.pixel_aspect),
+        layout(image::layout_of(asked.settings.aovs)),
         filter(shared_filter(filter_kind(asked.settings.filter), asked.settings.filter_width)),
         sampler(sampler_kind(asked.settings.sampler)),
         integrator(render::integrator(asked.settings.integrator)),
@@ -57,9 +60,20 @@ struct Plan {
         clamp(LightClamp::of(asked.settings.clamp_direct, asked.settings.clamp_indirect)) {}
 };
 
+/// What a thread uses again from pixel to pixel.
+struct Block {
+  Trace trace;
+  AovSums aovs;
+  SampleExtras extras;
+};
+
 /// Takes all samples of one pixel. Returns how many were rejected.
-std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSums& sums) {
+std::int64_t render_pixel(const Plan& plan, Block& block, int x, int y, PixelSums& sums) {
   std::int64_t rejected = 0;
+  SampleRecord record;
+  record.clamp = plan.clamp;
+  if (block.aovs.wants_extras()) record.extras = &block.extras;
+  block.aovs.clear();
   const SampleRange range = plan.request.samples;
   for (std::int64_t index = range.first; index < range.end(); ++index) {
     const Sampler sampler(plan.sampler, plan.seed, static_cast<std::uint32_t>(x),
@@ -67,15 +81,15 @@ std::int64_t render_pixel(const Plan& plan, Trace& trace, int x, int y, PixelSum
     const Draw4 film = sampler.draw4(dim::film_set);
     const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
     const Vec2 offset = plan.filter->sample(film.pair(dim::film));
-    SampleRecord record;
-    record.clamp = plan.clamp;
-    plan.integrator(trace, sampler, plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
+    record.clear();
+    plan.integrator(block.trace, sampler, plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
                     record);
     if (!record.finite()) {
-      record = SampleRecord{};
+      record.clear();
       ++rejected;
     }
-    sums.add(record, plan.request.aovs);
+    sums.add(record);
+    block.aovs.add(record);
   }
   return rejected;
 }
@@ -85,30 +99,35 @@ struct Counts {
   std::atomic<std::int64_t> rays{0}, rejected{0}, cpu_nanoseconds{0}, pixels{0};
 };
 
-void render_block(const Plan& plan, const Rect& block, image::TileImage& image, Counts& counts) {
+void render_block(const Plan& plan, const Rect& rect, image::TileImage& image, Counts& counts) {
   const FlushDenormals mode;
   const double began = thread_cpu_seconds();
   const RenderSettings& settings = plan.request.settings;
-  Trace trace{.scene = plan.scene,
-              .camera = plan.camera,
-              .bounces = settings.bounces,
-              .light_samples = settings.light_samples,
-              .aovs = plan.request.aovs,
-              .closure = {}};
+  Block block{.trace = {.scene = plan.scene,
+                        .camera = plan.camera,
+                        .bounces = settings.bounces,
+                        .light_samples = settings.light_samples,
+                        .aovs = plan.request.aovs,
+                        .follow_specular = settings.aovs_follow_specular,
+                        .closure = {}},
+              .aovs = AovSums(*image.layout, plan.request.aovs),
+              .extras = {}};
   const std::size_t channels = image.channels();
   const std::size_t pixels = image.pixels();
   std::int64_t rejected = 0;
-  for (int y = block.y; y < block.y + block.height; ++y) {
-    for (int x = block.x; x < block.x + block.width; ++x) {
+  for (int y = rect.y; y < rect.y + rect.height; ++y) {
+    for (int x = rect.x; x < rect.x + rect.width; ++x) {
       PixelSums sums;
-      rejected += render_pixel(plan, trace, x, y, sums);
+      rejected += render_pixel(plan, block, x, y, sums);
       const auto at = static_cast<std::size_t>(y - image.window.y) *
                           static_cast<std::size_t>(image.window.width) +
                       static_cast<std::size_t>(x - image.window.x);
-      for (std::size_t c = 0; c < channels; ++c) image.values[c * pixels + at] = sums.value(c);
+      for (std::size_t c = 0; c < channels; ++c)
+        image.values[c * pixels + at] =
+            c <= image::M2_B ? sums.value(c) : block.aovs.value(c, plan.request.samples.count);
     }
   }
-  counts.rays += trace.rays;
+  counts.rays += block.trace.rays;
   counts.rejected += rejected;
   counts.cpu_nanoseconds += static_cast<std::int64_t>((thread_cpu_seconds() - began) * 1e9);
 }
@@ -117,13 +136,15 @@ void render_block(const Plan& plan, const Rect& block, image::TileImage& image, 
 /// out.
 int block_side(std::int64_t samples) { return samples >= 64 ? 4 : 8; }
 
-image::TileImage empty_image(const TaskRequest& request) {
+image::TileImage empty_image(const Plan& plan) {
+  const TaskRequest& request = plan.request;
   image::TileImage image;
   image.window = request.window;
   image.film_width = request.settings.width;
   image.film_height = request.settings.height;
   const auto count = static_cast<std::uint32_t>(request.samples.count);
   image.samples = {count, request.aovs ? count : 0};
+  image.layout = plan.layout;
   image.values.resize(image.channels() * image.pixels());
   return image;
 }
@@ -135,6 +156,7 @@ void check_request(const Scene& scene, const TaskRequest& request) {
   (void)filter_kind(request.settings.filter);
   (void)sampler_kind(request.settings.sampler);
   (void)integrator(request.settings.integrator);
+  (void)image::layout_of(request.settings.aovs);
 }
 
 std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& request,
@@ -142,7 +164,7 @@ std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& r
                                         const std::stop_token& stop) {
   const auto began = std::chrono::steady_clock::now();
   const Plan plan(scene, request);
-  RenderedTask done{empty_image(request), {}};
+  RenderedTask done{empty_image(plan), {}};
   Counts counts;
   const Rect& window = request.window;
   const int side = block_side(request.samples.count);

@@ -23,7 +23,7 @@ struct TaskRequest {
   std::int32_t frame = 0;  ///< frames of a job do not share their noise
   Rect window;             ///< within the film
   SampleRange samples;     ///< of each pixel
-  bool aovs = false;       ///< bring albedo, N and Z too
+  bool aovs = false;       ///< bring the AOVs that do not travel with every pass, too
 };
 
 struct TaskStats {

@@ -63,9 +63,10 @@ TEST_P(Picture, is_read_back_with_every_channel_by_name_and_every_bit) {
   EXPECT_THAT(back.channels,
               ElementsAre("A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B", "albedo.G",
                           "albedo.R", "samples", "variance.B", "variance.G", "variance.R"));
-  for (const Channel& channel : channel_table()) {
+  for (const Channel& channel : default_layout()->channels()) {
     if (channel.merge == Merge::moment2) continue;
-    const auto written = frame.plane(static_cast<std::size_t>(channel_index(channel.name)));
+    const auto written =
+        frame.plane(static_cast<std::size_t>(default_layout()->index_of(channel.name)));
     const auto read = back.plane(channel.name);
     EXPECT_EQ(0, std::memcmp(written.data(), read.data(), written.size_bytes())) << channel.name;
   }

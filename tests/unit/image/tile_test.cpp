@@ -21,21 +21,21 @@ using testing::ElementsAre;
 
 TEST(Channels, stand_in_the_documented_order_with_the_beauty_group_first) {
   std::vector<std::string> names;
-  for (const Channel& channel : channel_table()) names.emplace_back(channel.name);
+  for (const Channel& channel : default_layout()->channels()) names.push_back(channel.name);
   EXPECT_THAT(names, ElementsAre("R", "G", "B", "A", "M2.R", "M2.G", "M2.B", "albedo.R", "albedo.G",
                                  "albedo.B", "N.X", "N.Y", "N.Z", "Z"));
-  EXPECT_EQ(channels_travelling(false), 7U);
-  EXPECT_EQ(channels_travelling(true), 14U);
-  EXPECT_EQ(channel_index("N.X"), N_X);
-  EXPECT_EQ(channel_index("Z"), Z);
-  EXPECT_EQ(channel_index("z"), -1);
+  EXPECT_EQ(default_layout()->travelling(false), 7U);
+  EXPECT_EQ(default_layout()->travelling(true), 14U);
+  EXPECT_EQ(default_layout()->index_of("N.X"), N_X);
+  EXPECT_EQ(default_layout()->index_of("Z"), Z);
+  EXPECT_EQ(default_layout()->index_of("z"), -1);
 }
 
 TEST(Channels, second_moments_name_the_channel_that_they_belong_to) {
-  EXPECT_EQ(channel_table()[M2_R].mean_of, static_cast<int>(R));
-  EXPECT_EQ(channel_table()[M2_G].mean_of, static_cast<int>(G));
-  EXPECT_EQ(channel_table()[M2_B].mean_of, static_cast<int>(B));
-  EXPECT_EQ(channel_table()[Z].merge, Merge::nearest);
+  EXPECT_EQ((*default_layout())[M2_R].mean_of, static_cast<int>(R));
+  EXPECT_EQ((*default_layout())[M2_G].mean_of, static_cast<int>(G));
+  EXPECT_EQ((*default_layout())[M2_B].mean_of, static_cast<int>(B));
+  EXPECT_EQ((*default_layout())[Z].merge, Merge::nearest);
 }
 
 class TileRoundTrip : public testing::TestWithParam<std::tuple<Rect, bool>> {};
@@ -95,7 +95,7 @@ TEST(EncodedTile, is_read_by_OpenEXRs_own_InputFile) {
     std::size_t channels = 0;
     for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
       ++channels;
-      const int index = channel_index(it.name());
+      const int index = default_layout()->index_of(it.name());
       ASSERT_GE(index, 0) << it.name();
       EXPECT_EQ(it.channel().type, Imf::FLOAT);
       std::vector<float> values(tile.pixels());
@@ -107,7 +107,7 @@ TEST(EncodedTile, is_read_by_OpenEXRs_own_InputFile) {
       const auto plane = tile.plane(static_cast<std::size_t>(index));
       EXPECT_THAT(values, testing::ElementsAreArray(plane.begin(), plane.end())) << it.name();
     }
-    EXPECT_EQ(channels, channel_table().size());
+    EXPECT_EQ(channels, default_layout()->size());
   }
   std::filesystem::remove(path);
 }

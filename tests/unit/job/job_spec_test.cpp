@@ -65,7 +65,9 @@ TEST(JobSpec, goes_through_JSON_and_comes_back_as_it_was) {
                  .pixel_aspect = 1.5,
                  .crop = Rect{.x = 0, .y = 65000, .width = 1, .height = 536},
                  .clamp_direct = 5,
-                 .clamp_indirect = 0.5};
+                 .clamp_indirect = 0.5,
+                 .aovs = {"P", "Z"},
+                 .aovs_follow_specular = true};
   spec.tile = 512;
   spec.pass = 1024;
   spec.aov_samples = 64;
@@ -317,6 +319,8 @@ TEST(PlanDigest, covers_all_that_decides_a_task_and_neither_name_nor_priority) {
   EXPECT_NE(changed([](JobSpec& spec) { spec.tile = 32; }), digest);
   EXPECT_NE(changed([](JobSpec& spec) { spec.pass = 128; }), digest);
   EXPECT_NE(changed([](JobSpec& spec) { spec.aov_samples = 4; }), digest);
+  EXPECT_NE(changed([](JobSpec& spec) { spec.render.aovs = {"P"}; }), digest);
+  EXPECT_NE(changed([](JobSpec& spec) { spec.render.aovs_follow_specular = true; }), digest);
 }
 
 }  // namespace

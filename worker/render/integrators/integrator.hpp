@@ -16,11 +16,12 @@ namespace tessera::render {
 struct Trace {
   const Scene& scene;
   const Camera& camera;
-  int bounces = 0;        ///< 0 is emission and direct light; counted as Cycles does
-  int light_samples = 1;  ///< at each hit
-  bool aovs = false;      ///< albedo, normal and z are wanted
-  std::int64_t rays = 0;  ///< of either kind, counted up
-  Closure closure;        ///< of the present hit; it is too large to be made anew for each
+  int bounces = 0;               ///< 0 is emission and direct light; counted as Cycles does
+  int light_samples = 1;         ///< at each hit
+  bool aovs = false;             ///< albedo, normal and z are wanted
+  bool follow_specular = false;  ///< albedo and normal are those of the first hit that is no delta
+  std::int64_t rays = 0;         ///< of either kind, counted up
+  Closure closure;               ///< of the present hit; it is too large to be made anew for each
 };
 
 /// Takes one sample: follows `ray` and writes what it saw into a fresh record.

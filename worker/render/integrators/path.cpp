@@ -106,7 +106,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
       continue;
     }
     evaluate(material, scene.textures, at.shading, closure);
-    if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
+    if (path.undescribed) describe(trace, at, path, record);
     add_emission(trace, path, at, closure.emission, record);
     if (path.depth > trace.bounces || closure.count == 0) return;
 

@@ -57,9 +57,10 @@ struct PathState {
   bool last_specular = true;  ///< light sampling could not have found what the ray now meets
   LightContext last_context;  ///< where the ray left
   FirstLobe first_lobe = FirstLobe::emission;
-  int depth = 0;        ///< how often the path has scattered
-  int passes = 0;       ///< how many surfaces it went through that were not there
-  float passed_to = 0;  ///< as far along the ray the medium's absorption is paid for
+  bool undescribed = true;  ///< the surface that AOVs tell of is still to come
+  int depth = 0;            ///< how often the path has scattered
+  int passes = 0;           ///< how many surfaces it went through that were not there
+  float passed_to = 0;      ///< as far along the ray the medium's absorption is paid for
 };
 
 }  // namespace tessera::render

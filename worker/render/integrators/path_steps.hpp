@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "worker/render/integrators/integrator.hpp"
@@ -40,11 +41,26 @@ inline void describe_nothing(const Trace& trace, SampleRecord& record) {
   if (trace.scene.has_environment) record.alpha = 1;
 }
 
-/// What the camera's ray saw: alpha and, if they are wanted, the other channels.
-inline void describe_first(const Trace& trace, const Interaction& at, const Closure& closure,
-                           const Ray& ray, SampleRecord& record) {
+/// What the camera's ray met.
+inline void describe_place(const Trace& trace, const Interaction& at, const Ray& ray,
+                           SampleRecord& record) {
   record.alpha = 1;
-  if (!trace.aovs) return;
+  if (trace.aovs) record.z = trace.camera.depth(ray.direction, at.t);
+  if (record.extras == nullptr) return;
+  const std::array<double, 3>& origin = trace.scene.origin;
+  record.extras->position = {static_cast<float>(static_cast<double>(at.p.x) + origin[0]),
+                             static_cast<float>(static_cast<double>(at.p.y) + origin[1]),
+                             static_cast<float>(static_cast<double>(at.p.z) + origin[2])};
+}
+
+/// What is told of the hit of a path that is undescribed: alpha and, if they are wanted, the other
+/// channels. Open Image Denoise's documentation says what albedo and normals it likes.
+inline void describe(const Trace& trace, const Interaction& at, PathState& path,
+                     SampleRecord& record) {
+  const Closure& closure = trace.closure;
+  if (path.depth == 0) describe_place(trace, at, path.ray, record);
+  path.undescribed = trace.follow_specular && closure.count > 0 && !closure.has_smooth;
+  if (!trace.aovs || path.undescribed) return;
   const Color seen = albedo(closure);
   // What only emits has its colour there, clipped: denoisers want an edge where the picture has
   // one.
@@ -53,7 +69,10 @@ inline void describe_first(const Trace& trace, const Interaction& at, const Clos
                                             std::min(closure.emission.g, 1.0F),
                                             std::min(closure.emission.b, 1.0F)};
   record.normal = closure.shading.n;
-  record.z = trace.camera.depth(ray.direction, at.t);
+  if (path.depth > 0) {
+    const Color tinted = record.albedo * path.throughput;
+    record.albedo = {std::min(tinted.r, 1.0F), std::min(tinted.g, 1.0F), std::min(tinted.b, 1.0F)};
+  }
 }
 
 inline FirstLobe lobe_of(const BsdfSample& drawn) {

@@ -40,7 +40,7 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
       continue;
     }
     evaluate(material, scene.textures, at.shading, closure);
-    if (path.depth == 0) describe_first(trace, at, closure, path.ray, record);
+    if (path.undescribed) describe(trace, at, path, record);
     if (!is_black(closure.emission) && Rules::counts(trace, path, at.light)) {
       add_emission(trace, path, at, closure.emission, 1, record);
     }

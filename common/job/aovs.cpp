@@ -1,0 +1,90 @@
+#include "common/job/aovs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "common/base/error.hpp"
+#include "common/base/limits.hpp"
+#include "common/base/names.hpp"
+
+namespace tessera {
+
+namespace {
+
+using enum ChannelGroup;
+
+constexpr std::array table{
+    AovEntry{Aov::albedo, "albedo", "RGB", aov, Merge::mean, "what the first surface reflects"},
+    AovEntry{Aov::normal, "N", "XYZ", aov, Merge::mean, "its shading normal, in the world"},
+    AovEntry{Aov::depth, "Z", "", aov, Merge::nearest, "its distance from the plane of the eye"},
+    AovEntry{Aov::position, "P", "XYZ", aov, Merge::mean, "where it is, in the world"},
+};
+
+[[noreturn]] void refuse(const std::string& message) {
+  throw Error(ErrorKind::bad_input, message, {.key = "render.aovs"});
+}
+
+AovUse use_of(std::string_view name) {
+  const auto* const found = std::find_if(table.begin(), table.end(),
+                                         [&](const AovEntry& entry) { return entry.name == name; });
+  if (found == table.end()) refuse(unknown_name("AOV", name, aov_names()));
+  return {found->aov, std::string(name)};
+}
+
+}  // namespace
+
+std::span<const AovEntry> aov_table() { return table; }
+
+std::vector<std::string_view> aov_names() {
+  std::vector<std::string_view> names;
+  for (const AovEntry& entry : table) names.push_back(entry.name);
+  return names;
+}
+
+std::vector<AovUse> aov_uses(std::span<const std::string> names) {
+  std::vector<AovUse> uses;
+  if (names.empty())
+    for (const AovEntry& entry : std::span(table).first(default_aovs))
+      uses.push_back({entry.aov, std::string(entry.name)});
+  if (names.size() > aovs_most)
+    refuse(fmt::format("expected at most {} names, found {}", aovs_most, names.size()));
+  for (const std::string& name : names) uses.push_back(use_of(name));
+  const auto order = [](const AovUse& a, const AovUse& b) {
+    return std::tie(a.aov, a.name) < std::tie(b.aov, b.name);
+  };
+  std::sort(uses.begin(), uses.end(), order);
+  const auto twice = std::adjacent_find(uses.begin(), uses.end());
+  if (twice != uses.end()) refuse(fmt::format("\"{}\" stands there twice", twice->name));
+  return uses;
+}
+
+void check_aovs(std::span<const std::string> names, int tile) {
+  constexpr std::size_t picture = 7, header = 64 * limits::KiB;
+  std::size_t channels = picture;
+  for (const AovUse& use : aov_uses(names))
+    channels +=
+        std::max<std::size_t>(table.at(static_cast<std::size_t>(use.aov)).components.size(), 1);
+  const auto side = static_cast<std::size_t>(tile);
+  if (side * side * channels * sizeof(float) + header > limits::wire_body)
+    throw Error(
+        ErrorKind::bad_input,
+        fmt::format("a tile of {} by {} with {} channels is larger than the {} bytes that a "
+                    "result may have",
+                    tile, tile, channels, limits::wire_body),
+        {.key = "tile"});
+}
+
+std::vector<std::string> aov_names_from(const nlohmann::json& json, const std::string& path) {
+  const auto is_text = [](const nlohmann::json& one) { return one.is_string(); };
+  if (!json.is_array() || !std::all_of(json.begin(), json.end(), is_text))
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected an array of names, found {}", excerpt(json.dump())),
+                {.key = path});
+  return json.get<std::vector<std::string>>();
+}
+
+}  // namespace tessera

@@ -1,0 +1,66 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// The one table of arbitrary output variables (AOVs): what a job may ask for beside the picture.
+namespace tessera {
+
+/// Channels that travel together and share one sample count.
+enum class ChannelGroup : std::uint8_t {
+  beauty,  ///< every pass
+  aov,     ///< passes that bring AOVs: those that end at or before JobSpec::aov_samples
+};
+
+/// How a channel's values of several passes become one.
+enum class Merge : std::uint8_t {
+  mean,  ///< sample-weighted mean, Σ nₖ·meanₖ / Σ nₖ in double, in pass order
+  moment2,  ///< Σ (x − mean)²; Chan, Golub and LeVeque's formula in double, in pass order, with the
+            ///< mean of `mean_of`
+  nearest,  ///< the smaller value; nothing hit is 1e10
+};
+
+/// In the order in which their channels stand in memory.
+enum class Aov : std::uint8_t { albedo, normal, depth, position };
+
+struct AovEntry {
+  Aov aov;
+  std::string_view name;
+  /// A letter for each channel, NAME.R and so on; empty: one channel, called NAME.
+  std::string_view components;
+  ChannelGroup group;
+  Merge merge;
+  std::string_view meaning;  ///< a phrase for help
+};
+
+/// Indexed by Aov.
+std::span<const AovEntry> aov_table();
+std::vector<std::string_view> aov_names();
+
+/// What a job that names none asks for.
+constexpr std::size_t default_aovs = 3;  ///< the table's first: albedo, N, Z
+/// The most that a job may name.
+constexpr std::size_t aovs_most = 64;
+
+/// One that a job asks for.
+struct AovUse {
+  Aov aov = Aov::albedo;
+  std::string name;  ///< under which its channels stand in files
+  bool operator==(const AovUse&) const = default;
+};
+
+/// What a job that names these asks for, in the table's order. Throws Error{bad_input} at
+/// `render.aovs` for a name that is not known, stands there twice, or is one too many.
+std::vector<AovUse> aov_uses(std::span<const std::string> names);
+/// Throws as aov_uses() does, and at `tile` if a tile with all its channels is more than a result
+/// may be.
+void check_aovs(std::span<const std::string> names, int tile);
+
+/// An array of names. Throws Error{bad_input} at `path` if `json` is none.
+std::vector<std::string> aov_names_from(const nlohmann::json& json, const std::string& path);
+
+}  // namespace tessera

@@ -1,0 +1,61 @@
+#include "common/job/aovs.hpp"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "common/base/error.hpp"
+
+namespace tessera {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Names = std::vector<std::string>;
+
+std::vector<std::string> used(const Names& asked) {
+  std::vector<std::string> names;
+  for (const AovUse& use : aov_uses(asked)) names.push_back(use.name);
+  return names;
+}
+
+std::string refusal(const std::function<void()>& act) {
+  try {
+    act();
+    return {};
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    return error.what();
+  }
+}
+
+TEST(Aovs, stand_in_the_table_where_their_number_says) {
+  for (std::size_t i = 0; i < aov_table().size(); ++i)
+    EXPECT_EQ(static_cast<std::size_t>(aov_table()[i].aov), i) << aov_table()[i].name;
+}
+
+TEST(Aovs, of_a_job_that_names_none_are_what_denoisers_want) {
+  EXPECT_THAT(used({}), ElementsAre("albedo", "N", "Z"));
+}
+
+TEST(Aovs, take_the_place_of_those_and_come_in_the_tables_order) {
+  EXPECT_THAT(used({"P", "N"}), ElementsAre("N", "P"));
+  EXPECT_EQ(aov_uses(Names{"Z", "albedo"}), aov_uses(Names{"albedo", "Z"}));
+}
+
+TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
+  EXPECT_THAT(refusal([] {
+                (void)used({"Z", "albdo"});
+              }),
+              HasSubstr("render.aovs: unknown AOV \"albdo\"; did you mean \"albedo\"?"));
+  EXPECT_THAT(refusal([] { (void)used({"Z", "Z"}); }), HasSubstr("\"Z\" stands there twice"));
+  EXPECT_THAT(refusal([] { (void)used(Names(aovs_most + 1, "Z")); }), HasSubstr("at most 64"));
+}
+
+TEST(Aovs, make_no_tile_larger_than_a_result_may_be) {
+  EXPECT_EQ(refusal([] { check_aovs({}, 512); }), "");
+  EXPECT_THAT(refusal([] { check_aovs({}, 2048); }), HasSubstr("tile: a tile of 2048 by 2048"));
+}
+
+}  // namespace
+}  // namespace tessera
