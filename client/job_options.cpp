@@ -8,6 +8,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
+#include "common/scene/light_groups.hpp"
 #include "common/scene/names.hpp"
 
 namespace tessera::client {
@@ -191,6 +192,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
       check_camera(scene, spec.camera);
     }
     scene::check_names(spec.render);
+    scene::check_light_groups(spec.render.aovs, scene::light_groups(scene));
     check(spec);
   } catch (const Error& error) {
     throw at_flag(error);

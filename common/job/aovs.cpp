@@ -22,6 +22,17 @@ constexpr std::array table{
     AovEntry{Aov::normal, "N", "XYZ", aov, Merge::mean, "its shading normal, in the world"},
     AovEntry{Aov::depth, "Z", "", aov, Merge::nearest, "its distance from the plane of the eye"},
     AovEntry{Aov::position, "P", "XYZ", aov, Merge::mean, "where it is, in the world"},
+    AovEntry{Aov::direct, "direct", "RGB", beauty, Merge::mean, "light that scattered once"},
+    AovEntry{Aov::indirect, "indirect", "RGB", beauty, Merge::mean,
+             "light that scattered more often"},
+    AovEntry{Aov::emission, "emission", "RGB", beauty, Merge::mean, "light that did not scatter"},
+    AovEntry{Aov::diffuse, "diffuse", "RGB", beauty, Merge::mean,
+             "light that the first surface scattered diffusely"},
+    AovEntry{Aov::specular, "specular", "RGB", beauty, Merge::mean,
+             "light that the first surface reflected otherwise"},
+    AovEntry{Aov::transmission, "transmission", "RGB", beauty, Merge::mean,
+             "light that came through the first surface"},
+    AovEntry{Aov::light, "light_NAME", "RGB", beauty, Merge::mean, "light of one light group"},
 };
 
 [[noreturn]] void refuse(const std::string& message) {
@@ -29,6 +40,8 @@ constexpr std::array table{
 }
 
 AovUse use_of(std::string_view name) {
+  if (name.starts_with(light_prefix) && is_light_group(name.substr(light_prefix.size())))
+    return {Aov::light, std::string(name)};
   const auto* const found = std::find_if(table.begin(), table.end(),
                                          [&](const AovEntry& entry) { return entry.name == name; });
   if (found == table.end()) refuse(unknown_name("AOV", name, aov_names()));
@@ -43,6 +56,15 @@ std::vector<std::string_view> aov_names() {
   std::vector<std::string_view> names;
   for (const AovEntry& entry : table) names.push_back(entry.name);
   return names;
+}
+
+bool is_light_group(std::string_view name) {
+  constexpr std::size_t longest = 64;
+  const auto fits = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), fits);
 }
 
 std::vector<AovUse> aov_uses(std::span<const std::string> names) {

@@ -25,7 +25,19 @@ enum class Merge : std::uint8_t {
 };
 
 /// In the order in which their channels stand in memory.
-enum class Aov : std::uint8_t { albedo, normal, depth, position };
+enum class Aov : std::uint8_t {
+  albedo,
+  normal,
+  depth,
+  position,
+  direct,
+  indirect,
+  emission,
+  diffuse,
+  specular,
+  transmission,
+  light  ///< of one light group, which the name says
+};
 
 struct AovEntry {
   Aov aov;
@@ -46,10 +58,21 @@ constexpr std::size_t default_aovs = 3;  ///< the table's first: albedo, N, Z
 /// The most that a job may name.
 constexpr std::size_t aovs_most = 64;
 
+/// Before the name of a light group in the name of its AOV.
+constexpr std::string_view light_prefix = "light_";
+/// The group of lights that are in no other.
+constexpr std::string_view default_light_group = "default";
+/// True for what can name a light group: 1 to 64 letters, digits, _ and -.
+bool is_light_group(std::string_view name);
+
 /// One that a job asks for.
 struct AovUse {
   Aov aov = Aov::albedo;
   std::string name;  ///< under which its channels stand in files
+  /// Aov::light's.
+  [[nodiscard]] std::string_view light_group() const {
+    return std::string_view(name).substr(light_prefix.size());
+  }
   bool operator==(const AovUse&) const = default;
 };
 

@@ -129,7 +129,8 @@ struct Environment {
   Color radiance{0, 0, 0};  ///< from every direction; multiplies the picture's where there is one
   std::optional<std::uint32_t> image;  ///< index into Scene::images
   double strength = 1;                 ///< multiplies all of it
-  double rotation_degrees = 0;  ///< of the surroundings about +y, counter-clockwise from above
+  double rotation_degrees = 0;   ///< of the surroundings about +y, counter-clockwise from above
+  std::string light_group = {};  ///< empty: the default group
 };
 
 // ---- lights without a size, which nothing runs into ----
@@ -157,6 +158,7 @@ struct DirectionalLight {
 struct PunctualLight {
   std::string name;
   std::variant<PointLight, SpotLight, DirectionalLight> shape;
+  std::string light_group = {};  ///< empty: the default group
 };
 
 struct Scene {

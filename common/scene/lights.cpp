@@ -73,6 +73,7 @@ std::vector<PunctualLight> read_lights(const Value& lights) {
     light.name = in.text_or("name", fmt::format("{} {}", type, out.size()));
     for (const LightType& known : light_types)
       if (type == known.name) light.shape = known.read(in);
+    light.light_group = read_light_group(in);
     in.finish();
     out.push_back(std::move(light));
   }

@@ -94,6 +94,7 @@ struct Material {
   /// Sees only the side of the geometric normal; the other is not there.
   bool back_culled = false;
   std::int32_t priority = 0;  ///< of nested dielectrics: where several overlap the greatest counts
+  std::string light_group = {};  ///< of what it emits; empty: the default group
 };
 
 /// True if light may come from the material itself, and not for the eye alone.

@@ -152,6 +152,9 @@ void read_common(Fields& in, Material& out, Reading& reading) {
   if (const auto map = in.optional("bump_map")) out.bump_map = read_bump_map(*map, reading);
   out.back_culled = in.boolean_or("back_culled", out.back_culled);
   out.priority = static_cast<std::int32_t>(in.integer_or("priority", -1000, 1000, out.priority));
+  out.light_group = read_light_group(in);
+  if (in.has("group") && !is_light(out))
+    in.required("group").fail("only what emits is in a light group, and this material does not");
 }
 
 bool is_unlit(const Material& material) {

@@ -139,6 +139,12 @@ Meaning read_word(const Value& value, std::string_view kind,
 /// The scene's materials, cameras and lights take the place of included ones of their names.
 void read_includes(const Value& list, Reading& reading, Scene& out);
 
+/// A member `group` of what emits; empty for the default group.
+std::string read_light_group(Fields& in);
+/// `light_groups`, an object of lists: names of lights and emitting materials, or "environment", by
+/// group.
+void read_light_groups(Fields& root, Scene& out);
+
 /// A list of lights without a size.
 std::vector<PunctualLight> read_lights(const Value& lights);
 

@@ -164,6 +164,7 @@ Surroundings read_environment(Fields& root, Reading& reading) {
     out.radiance = in.required("radiance").color(radiance_most);
   out.strength = in.number_or("strength", 0, strength_most, out.strength);
   out.rotation_degrees = in.number_or("rotation", -36000, 36000, 0);
+  out.light_group = read_light_group(in);
   in.finish();
   return {.environment = out, .studio = studio};
 }
@@ -249,8 +250,9 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (const auto instances = root.optional("instances"))
     for (const Instance& instance : read_instances(*instances, out.objects, included, reading))
       out.instances.push_back(instance);
-  root.finish();
   out.materials = std::move(reading.materials);
+  read_light_groups(root, out);
+  root.finish();
   if (include) fill_in(reading, out);
   if (surroundings.studio)
     add_studio(out,

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/image/channels.hpp"
@@ -9,15 +10,29 @@
 
 namespace tessera::render {
 
+/// One AOV, and where it is gathered.
+struct Gathered {
+  Aov aov = Aov::albedo;
+  std::size_t first = 0;        ///< of its channels
+  std::size_t light_group = 0;  ///< Aov::light: which of the scene's
+};
+
 /// Gathers the AOVs of one pixel's samples of one pass, in index order, in double. One object
 /// serves pixel after pixel.
 class AovSums {
  public:
-  /// Those of `layout` that travel with a pass, with or without those of the AOV group.
-  AovSums(const image::ChannelLayout& layout, bool with_aovs);
+  /// Those of `layout` that travel with a pass, with or without those of the AOV group; of a scene
+  /// with these light groups, which are all that it names.
+  AovSums(const image::ChannelLayout& layout, bool with_aovs,
+          std::span<const std::string> light_groups);
 
-  /// True if a sample must fill in SampleExtras.
-  [[nodiscard]] bool wants_extras() const { return wants_extras_; }
+  /// What a sample must fill in.
+  struct Wanted {
+    bool extras = false;    ///< SampleExtras …
+    bool by_lobe = false;   ///< … and their by_lobe,
+    bool by_group = false;  ///< and their by_group
+  };
+  [[nodiscard]] const Wanted& wanted() const { return wanted_; }
   /// For the next pixel.
   void clear();
   /// Records that are not finite are to be replaced by an empty one before.
@@ -27,8 +42,8 @@ class AovSums {
 
  private:
   std::span<const image::Channel> channels_;  ///< that travel
-  std::vector<image::AovPlanes> aovs_;
-  bool wants_extras_ = false;
+  std::vector<Gathered> aovs_;
+  Wanted wanted_;
   std::vector<double> sums_;  ///< of each channel; of those that are no AOVs unused
 };
 

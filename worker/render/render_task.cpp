@@ -13,6 +13,7 @@
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
 #include "common/base/thread_clock.hpp"
+#include "common/scene/light_groups.hpp"
 #include "worker/render/aov_sums.hpp"
 #include "worker/render/camera.hpp"
 #include "worker/render/filter.hpp"
@@ -72,7 +73,7 @@ std::int64_t render_pixel(const Plan& plan, Block& block, int x, int y, PixelSum
   std::int64_t rejected = 0;
   SampleRecord record;
   record.clamp = plan.clamp;
-  if (block.aovs.wants_extras()) record.extras = &block.extras;
+  if (block.aovs.wanted().extras) record.extras = &block.extras;
   block.aovs.clear();
   const SampleRange range = plan.request.samples;
   for (std::int64_t index = range.first; index < range.end(); ++index) {
@@ -110,8 +111,11 @@ void render_block(const Plan& plan, const Rect& rect, image::TileImage& image, C
                         .aovs = plan.request.aovs,
                         .follow_specular = settings.aovs_follow_specular,
                         .closure = {}},
-              .aovs = AovSums(*image.layout, plan.request.aovs),
+              .aovs = AovSums(*image.layout, plan.request.aovs, plan.scene.light_groups),
               .extras = {}};
+  const AovSums::Wanted& wanted = block.aovs.wanted();
+  block.trace.by_lobe = wanted.by_lobe;
+  if (wanted.by_group) block.extras.by_group.resize(plan.scene.light_groups.size());
   const std::size_t channels = image.channels();
   const std::size_t pixels = image.pixels();
   std::int64_t rejected = 0;
@@ -156,7 +160,7 @@ void check_request(const Scene& scene, const TaskRequest& request) {
   (void)filter_kind(request.settings.filter);
   (void)sampler_kind(request.settings.sampler);
   (void)integrator(request.settings.integrator);
-  (void)image::layout_of(request.settings.aovs);
+  scene::check_light_groups(request.settings.aovs, scene.light_groups);
 }
 
 std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& request,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/scene/description.hpp"
@@ -81,6 +82,7 @@ struct Scene {
   TextureTable textures;
   std::shared_ptr<const EnvironmentMap> environment_map;  ///< the environment's picture, if any
   LightTable lights;
+  std::vector<std::string> light_groups;  ///< names, by Light::group
   /// How far before a light's sampled point a shadow ray must end, so that the light does not hide
   /// itself: its rounding error.
   std::vector<float> light_errors;

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "common/base/error.hpp"
+#include "common/scene/light_groups.hpp"
 #include "worker/scene/affine.hpp"
 #include "worker/scene/arrange.hpp"
 #include "worker/scene/emitters.hpp"
@@ -30,6 +32,21 @@ std::vector<render::CompiledMaterial> compile_all(const std::vector<scene::Mater
     out.push_back(render::compile(material, materials));
   return out;
 }
+
+/// Which of the scene's light groups this is.
+class GroupNumbers {
+ public:
+  explicit GroupNumbers(const std::vector<std::string>& names) {
+    for (const std::string& name : names)
+      numbers_.emplace(name, static_cast<std::uint16_t>(numbers_.size()));
+  }
+  std::uint16_t operator()(const std::string& name) const {
+    return name.empty() ? std::uint16_t{0} : numbers_.at(name);
+  }
+
+ private:
+  std::map<std::string, std::uint16_t> numbers_;
+};
 
 /// 0, unless the scene stands so far off that float would be coarse there.
 std::array<double, 3> origin_for(const Extent& extent) {
@@ -126,6 +143,10 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   // Tables that materials share are made by the first that asks; pictures need not wait for it.
   tbb::parallel_invoke([&] { out.materials = compile_all(from.materials); },
                        [&] { out.textures = load_textures(from, budget); });
+  out.light_groups = scene::light_groups(from);
+  const GroupNumbers group_of(out.light_groups);
+  for (std::size_t i = 0; i < from.materials.size(); ++i)
+    out.materials[i].light_group = group_of(from.materials[i].light_group);
   for (const render::CompiledMaterial& material : out.materials) {
     out.has_gaps = out.has_gaps || material.has_opacity || material.back_culled;
   }
@@ -161,12 +182,14 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
     out.has_environment = true;
     const scene::Environment& environment = *from.environment;
     if (environment.image) out.environment_map = load_environment(from, budget);
-    const render::Light light =
-        environment_light(out.bounds, environment, out.environment_map.get());
+    render::Light light = environment_light(out.bounds, environment, out.environment_map.get());
+    light.group = group_of(environment.light_group);
     if (!render::is_black(render::power(light))) lights.push_back(light);
   }
-  for (const scene::PunctualLight& light : from.lights)
+  for (const scene::PunctualLight& light : from.lights) {
     lights.push_back(punctual_light(light, out.origin, out.bounds));
+    lights.back().group = group_of(light.light_group);
+  }
   for (const render::Light& light : lights) out.light_errors.push_back(rounding_error(light));
   out.lights = render::LightTable(std::move(lights));
 

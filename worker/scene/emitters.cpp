@@ -79,6 +79,7 @@ std::uint32_t add_lights(const MergedGroup& group,
     light.radiance = emitter.radiance;
     light.two_sided = material.two_sided;
     light.varies = material.radiance_varies;
+    light.group = material.light_group;
     light.instance = instance;
     light.geometry = emitter.geometry;
     light.primitive = emitter.primitive;

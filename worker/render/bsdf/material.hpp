@@ -48,7 +48,8 @@ struct CompiledMaterial {
   std::optional<TextureUse> radiance_texture;
   /// What leaves a point is not everywhere and in all directions the same: emission() tells.
   bool radiance_varies = false;
-  bool two_sided = false;  ///< emits on both sides
+  bool two_sided = false;         ///< emits on both sides
+  std::uint16_t light_group = 0;  ///< of what it emits; index into Scene::light_groups
   /// Which details of a surface it looks at (detail_flag); what a geometry has of others is not
   /// kept.
   std::uint8_t wants = 0;

@@ -23,7 +23,6 @@ struct HemisphereLightsRules : HemisphereRules {
     const LightTable& lights = trace.scene.lights;
     const std::uint32_t set = dim::light_set(static_cast<std::uint32_t>(path.depth));
     const auto count = static_cast<std::uint32_t>(trace.light_samples);
-    const FirstLobe first = path.depth == 0 ? FirstLobe::diffuse : path.first_lobe;
     for (std::uint32_t j = 0; j < count; ++j) {
       const Draw4 draw = sampler.draw4(set, j, count);
       const LightSample light = sample_lights_by_area(lights, path.last_context, draw);
@@ -33,8 +32,7 @@ struct HemisphereLightsRules : HemisphereRules {
       const Color arriving = light_from(trace, at, light, path);
       if (is_black(arriving)) continue;
       const float weight = 1 / (light.pdf * static_cast<float>(count));
-      record.add(path.throughput * scattered * arriving * weight, first, path.depth + 1,
-                 lights[light.light].group);
+      add_lit(trace, path, at, light, path.throughput * scattered * arriving * weight, record);
     }
   }
   /// A light that is never chosen where the path last scattered is left to scattered rays.

@@ -21,6 +21,8 @@ struct Trace {
   bool aovs = false;             ///< albedo, normal and z are wanted
   bool follow_specular = false;  ///< albedo and normal are those of the first hit that is no delta
   std::int64_t rays = 0;         ///< of either kind, counted up
+  bool by_lobe = false;          ///< `first` is wanted
+  LobeShares first;              ///< of the path's first scattering
   Closure closure;               ///< of the present hit; it is too large to be made anew for each
 };
 

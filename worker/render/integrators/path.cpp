@@ -47,7 +47,6 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
   const LightContext& context = path.last_context;
   const auto count = static_cast<std::uint32_t>(trace.light_samples);
   const float counted = static_cast<float>(count);
-  const FirstLobe first = path.depth == 0 ? FirstLobe::diffuse : path.first_lobe;
   const Scene& scene = trace.scene;
   for (std::uint32_t j = 0; j < count; ++j) {
     const Draw4 draw =
@@ -62,8 +61,8 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
     if (is_black(arriving)) continue;
     const float by_light = light.pdf * counted;
     const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
-    record.add(path.throughput * scattered.value * arriving * (weight / by_light), first,
-               path.depth + 1, scene.lights[light.light].group);
+    add_lit(trace, path, at, light,
+            path.throughput * scattered.value * arriving * (weight / by_light), record);
   }
 }
 

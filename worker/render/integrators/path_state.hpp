@@ -5,7 +5,6 @@
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/lights/light.hpp"
 #include "worker/render/ray.hpp"
-#include "worker/render/record.hpp"
 
 namespace tessera::render {
 
@@ -56,11 +55,10 @@ struct PathState {
   LobeKind last_lobe = LobeKind::diffuse;
   bool last_specular = true;  ///< light sampling could not have found what the ray now meets
   LightContext last_context;  ///< where the ray left
-  FirstLobe first_lobe = FirstLobe::emission;
-  bool undescribed = true;  ///< the surface that AOVs tell of is still to come
-  int depth = 0;            ///< how often the path has scattered
-  int passes = 0;           ///< how many surfaces it went through that were not there
-  float passed_to = 0;      ///< as far along the ray the medium's absorption is paid for
+  bool undescribed = true;    ///< the surface that AOVs tell of is still to come
+  int depth = 0;              ///< how often the path has scattered
+  int passes = 0;             ///< how many surfaces it went through that were not there
+  float passed_to = 0;        ///< as far along the ray the medium's absorption is paid for
 };
 
 }  // namespace tessera::render

@@ -24,16 +24,15 @@ void add_far(const Trace& trace, const PathState& path, Weight weight, SampleRec
     const Light& far = trace.scene.lights[light];
     const Color sent = emitted(far, path.last_context, path.ray.direction);
     if (is_black(sent)) continue;
-    record.add(path.throughput * sent * weight(light), path.first_lobe, path.depth, far.group);
+    record.add(path.throughput * sent * weight(light), trace.first, path.depth, far.group);
   }
 }
 
 /// Adds what the surface that the path met emits, times `weight`.
 inline void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
                          const Color& emission, float weight, SampleRecord& record) {
-  const std::uint16_t group =
-      at.light == no_id ? std::uint16_t{0} : trace.scene.lights[at.light].group;
-  record.add(path.throughput * emission * weight, path.first_lobe, path.depth, group);
+  record.add(path.throughput * emission * weight, trace.first, path.depth,
+             trace.scene.materials[at.material].light_group);
 }
 
 /// What the camera's ray saw where it met nothing.
@@ -73,11 +72,6 @@ inline void describe(const Trace& trace, const Interaction& at, PathState& path,
     const Color tinted = record.albedo * path.throughput;
     record.albedo = {std::min(tinted.r, 1.0F), std::min(tinted.g, 1.0F), std::min(tinted.b, 1.0F)};
   }
-}
-
-inline FirstLobe lobe_of(const BsdfSample& drawn) {
-  if (drawn.transmission) return FirstLobe::transmission;
-  return drawn.specular ? FirstLobe::specular : FirstLobe::diffuse;
 }
 
 /// Where light samples are taken from: the side of wo, unless light may come from both; where lobes
@@ -123,10 +117,20 @@ inline Color light_from(Trace& trace, const Interaction& at, const LightSample& 
   return passed * absorbed_along(scene, media, length);
 }
 
+/// Adds what a light's sample brought to where the path is and goes on along the path.
+inline void add_lit(const Trace& trace, const PathState& path, const Interaction& at,
+                    const LightSample& light, const Color& brought, SampleRecord& record) {
+  const std::uint16_t group = trace.scene.lights[light.light].group;
+  if (trace.by_lobe && path.depth == 0)
+    record.add(brought, lobe_shares(trace.closure, at.shading.wo, light.wi), 1, group);
+  else
+    record.add(brought, trace.first, path.depth + 1, group);
+}
+
 /// Scatters the path as was drawn: all of the step but the ray.
-inline void scatter(const Trace& trace, PathState& path, const Interaction& at,
-                    const BsdfSample& drawn) {
-  if (path.depth == 0) path.first_lobe = lobe_of(drawn);
+inline void scatter(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn) {
+  if (trace.by_lobe && path.depth == 0)
+    trace.first = lobe_shares(trace.closure, at.shading.wo, drawn);
   path.throughput *= drawn.weight;
   path.eta_squared *= drawn.eta * drawn.eta;
   if (drawn.transmission && trace.scene.materials[at.material].interface) {
@@ -154,8 +158,8 @@ inline Ray ray_of(const PathState& path, const Interaction& at, const BsdfSample
 }
 
 /// Takes the step that was drawn. False if roulette ended the path.
-inline bool advance(const Trace& trace, PathState& path, const Interaction& at,
-                    const BsdfSample& drawn, float roulette) {
+inline bool advance(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn,
+                    float roulette) {
   scatter(trace, path, at, drawn);
   if (!survives(path, roulette)) return false;
   path.ray = ray_of(path, at, drawn);

@@ -1,0 +1,39 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "worker/render/bsdf/lobe_shares.hpp"
+#include "worker/render/vec.hpp"
+
+namespace tessera::render {
+
+/// What one sample saw beside the picture and what denoisers want, for jobs that ask for it.
+struct SampleExtras {
+  Vec3 position;  ///< of the first hit, in the world
+  /// Light by how often it had scattered: never, once, more often.
+  Color emission, direct, indirect;
+  /// Scattered light by what the first surface did; 0 unless the trace is by_lobe.
+  LobeShares by_lobe;
+  std::vector<Color> by_group;  ///< by light group; or empty: nobody asks
+
+  void add(const Color& light, const LobeShares& first, int depth, std::uint16_t group) {
+    (depth == 0 ? emission : depth == 1 ? direct : indirect) += light;
+    if (depth > 0) {
+      by_lobe.diffuse += light * first.diffuse;
+      by_lobe.specular += light * first.specular;
+      by_lobe.transmission += light * first.transmission;
+    }
+    if (!by_group.empty()) by_group[group] += light;
+  }
+  void clear() {
+    position = {};
+    emission = direct = indirect = {};
+    by_lobe = {};
+    std::fill(by_group.begin(), by_group.end(), Color{});
+  }
+  /// Where the sum of its light is finite too.
+  [[nodiscard]] bool finite() const { return is_finite(position); }
+};
+
+}  // namespace tessera::render
