@@ -33,7 +33,10 @@ struct SampleRecord {
   }
   /// As nothing seen.
   void clear() {
-    *this = {.clamp = clamp, .extras = extras};
+    SampleRecord fresh;
+    fresh.clamp = clamp;
+    fresh.extras = extras;
+    *this = fresh;
     if (extras != nullptr) extras->clear();
   }
 };

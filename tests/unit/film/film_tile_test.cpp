@@ -11,6 +11,7 @@
 
 #include "common/base/error.hpp"
 #include "server/film/film.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 namespace tessera::server {
 namespace {
@@ -250,6 +251,30 @@ TEST(Fold, refuses_a_pass_of_another_window_or_with_lacking_planes_and_leaves_th
   EXPECT_THROW(fold(film, nothing), Error);
   EXPECT_EQ(film.passes, 0U);
   EXPECT_EQ(film.sums, empty_film_tile(window).sums);
+}
+
+TEST(Fold, takes_the_channels_of_a_jobs_layout_and_no_others) {
+  const image::Layout layout = image::layout_of(std::vector<std::string>{"P", "direct"});
+  const auto pass = [&](std::uint32_t n, float value, bool aovs) {
+    TileImage tile = constant_tile(n, value, 0.0F, false);
+    tile.layout = layout;
+    tile.samples[1] = aovs ? n : 0;
+    tile.values.resize(tile.channels() * pixels, value);
+    return tile;
+  };
+  FilmTile film = empty_film_tile(window, layout);
+  EXPECT_THROW(fold(film, constant_tile(1, 2.0F, 0.0F, true)), Error);
+  fold(film, pass(1, 2.0F, true));
+  fold(film, pass(3, 6.0F, false));
+  const auto at = [&](const char* channel) {
+    return resolve(film)[static_cast<std::size_t>(layout->index_of(channel)) * pixels];
+  };
+  EXPECT_EQ(at("direct.G"), 5.0F);
+  EXPECT_EQ(at("P.Z"), 2.0F);
+  const FilmTile back = film_tile_from(bytes_of(film), window, layout);
+  EXPECT_EQ(back.sums, film.sums);
+  EXPECT_EQ(*back.layout, *layout);
+  EXPECT_THROW(film_tile_from(bytes_of(film), window), Error);
 }
 
 TEST(EmptyFilmTile, resolves_to_black_transparent_and_nothing_hit) {

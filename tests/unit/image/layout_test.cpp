@@ -38,6 +38,14 @@ TEST(Layout, has_the_channels_of_the_AOVs_that_a_job_asks_for) {
   EXPECT_EQ(*default_layout(), *layout_of(Names{"N", "Z", "albedo"}));
 }
 
+TEST(Layout, has_what_makes_up_the_picture_among_what_travels_with_every_pass) {
+  const Layout layout = layout_of(Names{"albedo", "light_key", "direct"});
+  EXPECT_EQ(layout->index_of("direct.R"), 7);
+  EXPECT_EQ(layout->index_of("light_key.B"), 12);
+  EXPECT_EQ(layout->travelling(false), 13U);
+  EXPECT_EQ(layout->index_of("albedo.R"), 13);
+}
+
 TEST(Layout, of_a_tile_goes_through_its_file) {
   const TileImage tile = tile_with({"P", "Z"});
   TileExpectation expected = expectation_of(tile);

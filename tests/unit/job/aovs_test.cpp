@@ -43,6 +43,16 @@ TEST(Aovs, take_the_place_of_those_and_come_in_the_tables_order) {
   EXPECT_EQ(aov_uses(Names{"Z", "albedo"}), aov_uses(Names{"albedo", "Z"}));
 }
 
+TEST(Aovs, of_light_groups_are_named_by_them) {
+  const std::vector<AovUse> uses = aov_uses(Names{"light_sky", "light_key-2"});
+  ASSERT_EQ(uses.size(), 2U);
+  EXPECT_EQ(uses[0].aov, Aov::light);
+  EXPECT_EQ(uses[0].light_group(), "key-2");
+  EXPECT_EQ(uses[1].light_group(), "sky");
+  EXPECT_THAT(refusal([] { (void)used({"light_a.b"}); }), HasSubstr("unknown AOV"));
+  EXPECT_FALSE(is_light_group(""));
+}
+
 TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
   EXPECT_THAT(refusal([] {
                 (void)used({"Z", "albdo"});
@@ -54,6 +64,9 @@ TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
 
 TEST(Aovs, make_no_tile_larger_than_a_result_may_be) {
   EXPECT_EQ(refusal([] { check_aovs({}, 512); }), "");
+  Names many{"direct", "indirect"};
+  for (int i = 0; i < 24; ++i) many.push_back("light_" + std::to_string(i));
+  EXPECT_THAT(refusal([&] { check_aovs(many, 512); }), HasSubstr("with 85 channels"));
   EXPECT_THAT(refusal([] { check_aovs({}, 2048); }), HasSubstr("tile: a tile of 2048 by 2048"));
 }
 
