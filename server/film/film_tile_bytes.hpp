@@ -17,7 +17,8 @@ FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window,
                         image::Layout layout = image::default_layout());
 
 /// Memory of a film's sums, bytes.
-inline std::size_t film_bytes(std::int64_t pixels, const image::ChannelLayout& layout) {
+inline std::size_t film_bytes(std::int64_t pixels,
+                              const image::ChannelLayout& layout = *image::default_layout()) {
   return static_cast<std::size_t>(pixels) * layout.size() * sizeof(double);
 }
 
