@@ -69,7 +69,7 @@ inline void describe(const Trace& trace, const Interaction& at, PathState& path,
                                             std::min(closure.emission.b, 1.0F)};
   record.normal = closure.shading.n;
   if (path.depth > 0) {
-    const Color tinted = record.albedo * path.throughput;
+    const Color tinted = record.albedo * path.throughput * path.eta_squared;
     record.albedo = {std::min(tinted.r, 1.0F), std::min(tinted.g, 1.0F), std::min(tinted.b, 1.0F)};
   }
 }
