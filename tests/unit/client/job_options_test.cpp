@@ -118,6 +118,8 @@ TEST(JobOptions, what_is_given_wins) {
   options.filter_width = 2;
   options.light_samples = 4;
   options.seed = 77;
+  options.aovs = {"P", "light_default"};
+  options.aovs_follow_specular = true;
   options.tile = 23;
   options.pass = 12;
   options.priority = -3;
@@ -140,6 +142,8 @@ TEST(JobOptions, what_is_given_wins) {
   EXPECT_EQ(spec.render.filter_width, 2);
   EXPECT_EQ(spec.render.light_samples, 4);
   EXPECT_EQ(spec.render.seed, 77U);
+  EXPECT_EQ(spec.render.aovs, (std::vector<std::string>{"P", "light_default"}));
+  EXPECT_TRUE(spec.render.aovs_follow_specular);
   EXPECT_EQ(spec.tile, 23);
   EXPECT_EQ(spec.pass, 12);
   EXPECT_EQ(spec.priority, -3);
@@ -181,6 +185,9 @@ TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
   expect_refused([](JobOptions& o) { o.tile = 513; }, "--tile", "from 1 to 512");
   expect_refused([](JobOptions& o) { o.light_samples = 0; }, "--light-samples", "found 0");
   expect_refused([](JobOptions& o) { o.bounces = -1; }, "--bounces", "found -1");
+  expect_refused([](JobOptions& o) { o.aovs = {"Zz"}; }, "--aovs", "did you mean \"Z\"?");
+  expect_refused([](JobOptions& o) { o.aovs = {"light_key"}; }, "--aovs",
+                 "expected one of: light_default");
   expect_refused([](JobOptions& o) { o.priority = 101; }, "--priority", "found 101");
 }
 
