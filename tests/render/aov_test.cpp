@@ -42,11 +42,11 @@ TEST(Aov, PositionIsWhereTheFirstSurfaceIsInTheWorld) {
   EXPECT_NEAR(seen.at("P.Z"), -7, 1e-3);
 }
 
-/// A mirror at 45 degrees, in which the camera sees a wall of albedo 0.25 whose normal is −x.
+/// A mirror at 45 degrees, in which the camera sees a wall of albedo 0.25 whose normal is along x.
 SceneMaker mirror_before_a_wall() {
   SceneMaker maker;
   maker.add(maker.mirror(0.5), scene::Quad{{-1, -1, 1}, {2, 0, -2}, {0, 2, 0}});
-  maker.add(maker.diffuse(0.25), scene::Quad{{-5, -5, -5}, {0, 0, 10}, {0, 10, 0}});
+  maker.add(maker.diffuse(0.25), scene::Quad{{5, -5, -5}, {0, 0, 10}, {0, 10, 0}});
   maker.look({0, 0, 5}, {0, 0, 0}, 0.001, {0, 1, 0});
   return maker;
 }
