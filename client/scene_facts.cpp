@@ -13,6 +13,7 @@ namespace tessera::client {
 namespace {
 
 using scene::Box;
+using scene::Disk;
 using scene::Mesh;
 using scene::Quad;
 using scene::Sphere;
@@ -24,6 +25,7 @@ constexpr std::uint64_t face_bytes = 3 * 4 + 2;  ///< a triangle's indices, and 
 
 std::uint64_t triangles_of(const Mesh& mesh) { return size_of(mesh).triangles; }
 std::uint64_t triangles_of(const Quad&) { return 2; }
+std::uint64_t triangles_of(const Disk&) { return 2; }  // the square around it
 std::uint64_t triangles_of(const Box&) { return 12; }
 std::uint64_t triangles_of(const Sphere&) { return 0; }
 
@@ -34,6 +36,7 @@ std::uint64_t bytes_of(const Mesh& mesh) {
          size.colors * 8 + size.triangles * face_bytes;
 }
 std::uint64_t bytes_of(const Quad&) { return 4 * 12 + 16 + 2; }
+std::uint64_t bytes_of(const Disk&) { return bytes_of(Quad{}); }
 std::uint64_t bytes_of(const Box&) { return 6 * bytes_of(Quad{}); }
 std::uint64_t bytes_of(const Sphere&) { return 16 + 2; }
 

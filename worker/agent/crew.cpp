@@ -166,12 +166,10 @@ void Crew::encoder() {
     Encoding one = std::move(encoding_.front());
     encoding_.pop_front();
     lock.unlock();
-    TaskEnd end;
+    TaskEnd end{.lease = one.lease, .what = TaskEnd::What::done};
     try {
-      end = {.lease = one.lease,
-             .what = TaskEnd::What::done,
-             .bytes = std::make_shared<const std::vector<std::byte>>(
-                 image::encode_tile(one.tile.image))};
+      end.bytes =
+          std::make_shared<const std::vector<std::byte>>(image::encode_tile(one.tile.image));
       one.tile.image = {};
       end.stats = std::move(one.tile);
     } catch (const std::exception& error) {

@@ -123,6 +123,7 @@ class Window : public FrameRows {
   [[nodiscard]] int film_width() const override { return 60; }
   [[nodiscard]] int film_height() const override { return 50; }
   [[nodiscard]] Rect window() const override { return {7, 5, 20, 40}; }
+  [[nodiscard]] const ChannelLayout& layout() const override { return *default_layout(); }
   void values(std::size_t, int y, std::span<float> row) const override {
     std::fill(row.begin(), row.end(), static_cast<float>(5 + y));
   }

@@ -28,8 +28,8 @@ TEST(LightClamp, DarkensWhatIsBrighterByDepthAndKeepsItsColour) {
 TEST(LightClamp, CountsForEachContributionAndNotForTheirSum) {
   SampleRecord record;
   record.clamp = LightClamp::of(2, 1);
-  for (int i = 0; i < 3; ++i) record.add(gray(5), FirstLobe::diffuse, 1, 0);
-  record.add(gray(5), FirstLobe::diffuse, 2, 0);
+  for (int i = 0; i < 3; ++i) record.add(gray(5), LobeShares{}, 1, 0);
+  record.add(gray(5), LobeShares{}, 2, 0);
   EXPECT_EQ(record.radiance, gray(7));
 }
 
