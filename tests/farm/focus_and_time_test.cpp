@@ -91,7 +91,7 @@ TEST(Noise, ends_a_job_at_the_same_pass_with_the_same_bits_for_any_number_of_wor
   for (const int workers : {1, 2, 5}) {
     Farm farm;
     for (int i = 0; i < workers; ++i) farm.add_worker();
-    const std::string id = farm.submit(scene_path(), until_quiet("0.2"));
+    const std::string id = farm.submit(scene_path(), until_quiet("0.07"));
     if (workers == 2) {
       const std::int64_t samples = expect_as_submitted(farm, id);
       EXPECT_GT(samples, 16);
