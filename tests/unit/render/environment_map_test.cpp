@@ -81,11 +81,12 @@ INSTANTIATE_TEST_SUITE_P(Sizes, EnvironmentWays,
                          });
 
 TEST_P(EnvironmentWays, samples_follow_their_density) {
-  const auto& [way, width, height] = GetParam();
-  const EnvironmentMap map = sky(width, height);
+  const Case& param = GetParam();
+  const Way& way = param.way;  // a structured binding is nothing that clang 14 captures
+  const EnvironmentMap map = sky(param.width, param.height);
   test::Chi2Case test;
-  test.bins_s = 2 * width;
-  test.bins_t = 2 * height;
+  test.bins_s = 2 * param.width;
+  test.bins_t = 2 * param.height;
   test.samples = 300'000;
   test.quadrature = 8;
   test.sample = [&](test::Random& random) -> std::optional<Vec2> {
