@@ -60,6 +60,11 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
   command.add_flag("--aovs-follow-specular", job.aovs_follow_specular,
                    "albedo and N of what is seen in mirrors and through clear glass, in place of "
                    "their own");
+  command
+      .add_option("--aov-samples", job.aov_samples,
+                  "AOVs that are no light come with passes that end at or before this many samples "
+                  "of a pixel (16)")
+      ->type_name("N");
   command.add_option("--tile", job.tile, "Side of a tile in pixels (64)")->type_name("N");
   command.add_option("--pass", job.pass, "Most samples of a pass (256)")->type_name("N");
   command

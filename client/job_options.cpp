@@ -10,6 +10,7 @@
 #include "common/base/names.hpp"
 #include "common/scene/light_groups.hpp"
 #include "common/scene/names.hpp"
+#include "common/scene/object_names.hpp"
 
 namespace tessera::client {
 
@@ -65,6 +66,17 @@ std::string name_of(const scene::Scene& scene, const JobOptions& options) {
   if (options.name) return *options.name;
   if (!scene.name.empty()) return scene.name;
   return options.scene.stem().string();
+}
+
+/// For the manifests of the job's Cryptomattes, if it has any; nothing where that would be too
+/// much.
+MatteNames matte_names(const std::vector<std::string>& aovs, const scene::Scene& scene) {
+  const bool has_mattes = std::any_of(
+      aovs.begin(), aovs.end(), [](const std::string& name) { return name.starts_with("Crypto"); });
+  if (!has_mattes) return {};
+  const MatteNames names{.objects = scene::object_names(scene).names,
+                         .materials = scene::material_names(scene).names};
+  return can_travel(names) ? names : MatteNames{};
 }
 
 FrameList frames_at_flag(const std::string& text) {
@@ -173,6 +185,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.seed, options.seed);
   take(spec.render.aovs, options.aovs);
   take(spec.render.aovs_follow_specular, options.aovs_follow_specular);
+  take(spec.aov_samples, options.aov_samples);
   take(spec.tile, options.tile);
   take(spec.pass, options.pass);
   take(spec.fps, options.fps);
@@ -184,6 +197,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.clamp_indirect, options.clamp_indirect);
   if (options.crop) spec.render.crop = options.crop;
   spec.focus = options.focus;
+  spec.cryptomatte = matte_names(spec.render.aovs, scene);
   try {
     if (options.order) spec.order = order_from(*options.order);
     if (options.frames) spec.frames = frames_at_flag(*options.frames);

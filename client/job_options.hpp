@@ -45,6 +45,7 @@ struct JobOptions {
   std::optional<std::uint64_t> seed;
   std::optional<std::vector<std::string>> aovs;
   std::optional<bool> aovs_follow_specular;
+  std::optional<int> aov_samples;
   std::optional<int> tile;
   std::optional<int> pass;
   std::optional<std::string> order;

@@ -32,10 +32,11 @@ ChannelLayout::ChannelLayout(std::span<const std::string> aovs) : channels_(pict
     for (const AovUse& use : uses) {
       const AovEntry& entry = aov_table()[static_cast<std::size_t>(use.aov)];
       if (entry.group != group) continue;
+      const std::vector<AovChannel> added = channels_of(use);
+      if (added.empty()) continue;
       aovs_.push_back({use, group, channels_.size()});
-      if (entry.components.empty()) channels_.push_back({use.name, group, entry.merge});
-      for (const char component : entry.components)
-        channels_.push_back({use.name + '.' + component, group, entry.merge});
+      for (const AovChannel& channel : added)
+        channels_.push_back({channel.name, group, channel.merge});
     }
     if (group == Group::beauty) beauty_ = channels_.size();
   }

@@ -6,6 +6,7 @@
 #include "common/image/exr_layout.hpp"
 #include "common/image/picture.hpp"
 #include "common/image/zip.hpp"
+#include "common/job/matte.hpp"
 
 namespace tessera::image {
 
@@ -18,9 +19,20 @@ struct OutputChannel {
   std::size_t plane = 0;
 };
 
+/// By channel: true for what Cryptomattes keep and a picture does not show.
+std::vector<bool> slots_beyond_the_ranks(const ChannelLayout& layout) {
+  std::vector<bool> out(layout.size());
+  for (const AovPlanes& aov : layout.aovs())
+    if (layout[aov.first].merge == Merge::matte)
+      for (std::size_t i = 2 * matte_ranks; i < 2 * matte_slots; ++i) out[aov.first + i] = true;
+  return out;
+}
+
 std::vector<OutputChannel> output_channels(const ChannelLayout& layout) {
   std::vector<OutputChannel> out;
+  const std::vector<bool> left_out = slots_beyond_the_ranks(layout);
   for (std::size_t i = 0; i < layout.size(); ++i) {
+    if (left_out[i]) continue;
     const Channel& channel = layout[i];
     if (channel.merge == Merge::moment2)
       out.push_back({"variance" + channel.name.substr(2), OutputChannel::Source::variance, i});

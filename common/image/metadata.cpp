@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "common/base/build_info.hpp"
 #include "common/base/error.hpp"
 #include "common/image/exr_layout.hpp"
+#include "common/job/aovs.hpp"
+#include "common/job/matte.hpp"
 
 namespace tessera::image {
 
@@ -51,6 +54,21 @@ std::string Metadata::text(std::string_view name) const {
   return value == nullptr ? std::string() : std::visit(Text{}, *value);
 }
 
+namespace {
+/// What Cryptomatte's specification wants in a header.
+void set_matte(Metadata& metadata, const std::string& layer,
+               const std::vector<std::string>& names) {
+  const std::string key = fmt::format("cryptomatte/{}/", matte_hex(layer).substr(0, 7));
+  metadata.set(key + "name", layer);
+  metadata.set(key + "hash", "MurmurHash3_32");
+  metadata.set(key + "conversion", "uint32_to_float32");
+  if (names.empty()) return;
+  nlohmann::json manifest = nlohmann::json::object();
+  for (const std::string& name : names) manifest[name] = matte_hex(name);
+  metadata.set(key + "manifest", manifest.dump());
+}
+}  // namespace
+
 Metadata metadata_of(const JobSpec& job, std::int32_t frame) {
   const RenderSettings& render = job.render;
   Metadata metadata;
@@ -71,6 +89,10 @@ Metadata metadata_of(const JobSpec& job, std::int32_t frame) {
   if (render.clamp_direct > 0) metadata.set("tessera.clamp_direct", render.clamp_direct);
   if (render.clamp_indirect > 0) metadata.set("tessera.clamp_indirect", render.clamp_indirect);
   metadata.set_pixel_aspect(static_cast<float>(render.pixel_aspect));
+  for (const AovUse& use : aov_uses(render.aovs)) {
+    if (use.aov == Aov::crypto_object) set_matte(metadata, use.name, job.cryptomatte.objects);
+    if (use.aov == Aov::crypto_material) set_matte(metadata, use.name, job.cryptomatte.materials);
+  }
   return metadata;
 }
 

@@ -158,19 +158,24 @@ bool any_negative(const FloatRow& values) {
   return negative != 0;
 }
 
+bool may_be_negative(const Channel& channel) {
+  return channel.merge != Merge::moment2 && channel.merge != Merge::matte_weight &&
+         channel.merge != Merge::total;
+}
+
 /// Throws for the first value of the line that may not be.
 void refuse_values(const TileView& tile, std::size_t y) {
   for (std::size_t channel = 0; channel < tile.channels(); ++channel) {
     const Channel& entry = (*tile.layout)[channel];
-    const bool may_be_negative = entry.merge != Merge::moment2;
+    const bool signed_too = may_be_negative(entry);
     const FloatRow row = tile.row(channel, y);
     for (std::size_t x = 0; x < row.size(); ++x) {
       const float value = row[x];
-      if (std::isfinite(value) && (may_be_negative || value >= 0)) continue;
+      if (std::isfinite(value) && (signed_too || value >= 0)) continue;
       wrong(fmt::format("channel {} at pixel {},{}", entry.name,
                         static_cast<std::size_t>(tile.window.x) + x,
                         static_cast<std::size_t>(tile.window.y) + y),
-            may_be_negative ? "a finite number" : "a finite number, not negative",
+            signed_too ? "a finite number" : "a finite number, not negative",
             fmt::format("{}", value));
     }
   }
@@ -181,7 +186,7 @@ void check_values(const TileView& tile) {
   for (std::size_t y = 0; y < tile.lines.size(); ++y) {
     bool usable = all_finite(FloatRow(tile.lines[y], in_line));
     for (std::size_t channel = 0; channel < tile.channels(); ++channel)
-      if ((*tile.layout)[channel].merge == Merge::moment2)
+      if (!may_be_negative((*tile.layout)[channel]))
         usable = usable && !any_negative(tile.row(channel, y));
     if (!usable) refuse_values(tile, y);
   }

@@ -10,6 +10,7 @@
 #include "common/base/error.hpp"
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
+#include "common/job/matte.hpp"
 
 namespace tessera {
 
@@ -33,6 +34,15 @@ constexpr std::array table{
     AovEntry{Aov::transmission, "transmission", "RGB", beauty, Merge::mean,
              "light that came through the first surface"},
     AovEntry{Aov::light, "light_NAME", "RGB", beauty, Merge::mean, "light of one light group"},
+    AovEntry{Aov::uv, "UV", "UV", aov, Merge::mean, "the first surface's texture coordinates"},
+    AovEntry{Aov::object_id, "object_id", "", aov, Merge::first, "the first sample's object"},
+    AovEntry{Aov::material_id, "material_id", "", aov, Merge::first, "the first sample's material"},
+    AovEntry{Aov::crypto_object, "CryptoObject", "", aov, Merge::matte, "Cryptomatte by objects"},
+    AovEntry{Aov::crypto_material, "CryptoMaterial", "", aov, Merge::matte,
+             "Cryptomatte by materials"},
+    AovEntry{Aov::time, "time", "", beauty, Merge::total, "CPU seconds that the samples took"},
+    AovEntry{Aov::variance, "variance", "RGB", beauty, Merge::moment2, "in every picture"},
+    AovEntry{Aov::samples, "samples", "", beauty, Merge::total, "in every picture"},
 };
 
 [[noreturn]] void refuse(const std::string& message) {
@@ -84,12 +94,35 @@ std::vector<AovUse> aov_uses(std::span<const std::string> names) {
   return uses;
 }
 
+namespace {
+std::vector<AovChannel> matte_channels_of(const std::string& name) {
+  std::vector<AovChannel> out;
+  for (std::size_t slot = 0; slot < matte_slots; ++slot) {
+    const std::string layer = fmt::format("{}{:02}", name, slot / 2);
+    const bool odd = slot % 2 != 0;
+    out.push_back({layer + (odd ? ".B" : ".R"), Merge::matte});
+    out.push_back({layer + (odd ? ".A" : ".G"), Merge::matte_weight});
+  }
+  out.push_back({"evicted." + name, Merge::matte_weight});
+  return out;
+}
+}  // namespace
+
+std::vector<AovChannel> channels_of(const AovUse& use) {
+  if (use.aov == Aov::variance || use.aov == Aov::samples) return {};
+  const AovEntry& entry = table.at(static_cast<std::size_t>(use.aov));
+  if (entry.merge == Merge::matte) return matte_channels_of(use.name);
+  if (entry.components.empty()) return {{use.name, entry.merge}};
+  std::vector<AovChannel> out;
+  for (const char component : entry.components)
+    out.push_back({use.name + '.' + component, entry.merge});
+  return out;
+}
+
 void check_aovs(std::span<const std::string> names, int tile) {
   constexpr std::size_t picture = 7, header = 64 * limits::KiB;
   std::size_t channels = picture;
-  for (const AovUse& use : aov_uses(names))
-    channels +=
-        std::max<std::size_t>(table.at(static_cast<std::size_t>(use.aov)).components.size(), 1);
+  for (const AovUse& use : aov_uses(names)) channels += channels_of(use).size();
   const auto side = static_cast<std::size_t>(tile);
   if (side * side * channels * sizeof(float) + header > limits::wire_body)
     throw Error(
@@ -100,7 +133,7 @@ void check_aovs(std::span<const std::string> names, int tile) {
         {.key = "tile"});
 }
 
-std::vector<std::string> aov_names_from(const nlohmann::json& json, const std::string& path) {
+std::vector<std::string> names_from(const nlohmann::json& json, const std::string& path) {
   const auto is_text = [](const nlohmann::json& one) { return one.is_string(); };
   if (!json.is_array() || !std::all_of(json.begin(), json.end(), is_text))
     throw Error(ErrorKind::bad_input,

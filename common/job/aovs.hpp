@@ -22,6 +22,11 @@ enum class Merge : std::uint8_t {
   moment2,  ///< Σ (x − mean)²; Chan, Golub and LeVeque's formula in double, in pass order, with the
             ///< mean of `mean_of`
   nearest,  ///< the smaller value; nothing hit is 1e10
+  first,    ///< that of the lowest sample index
+  total,    ///< Σ in double, in pass order
+  /// Cryptomatte, by MattePixel: the ids that most samples saw, …
+  matte,
+  matte_weight,  ///< … and how many saw each, or none of them; read as shares of the samples
 };
 
 /// In the order in which their channels stand in memory.
@@ -36,13 +41,22 @@ enum class Aov : std::uint8_t {
   diffuse,
   specular,
   transmission,
-  light  ///< of one light group, which the name says
+  light,  ///< of one light group, which the name says
+  uv,
+  object_id,
+  material_id,
+  crypto_object,
+  crypto_material,
+  time,
+  variance,
+  samples
 };
 
 struct AovEntry {
   Aov aov;
   std::string_view name;
-  /// A letter for each channel, NAME.R and so on; empty: one channel, called NAME.
+  /// A letter for each channel, NAME.R and so on; empty: one channel, called NAME. Cryptomattes
+  /// have channels of their own: see channels_of().
   std::string_view components;
   ChannelGroup group;
   Merge merge;
@@ -76,6 +90,13 @@ struct AovUse {
   bool operator==(const AovUse&) const = default;
 };
 
+struct AovChannel {
+  std::string name;  ///< in files
+  Merge merge = Merge::mean;
+};
+/// Those that an AOV adds to a job's; none where every picture has what it names.
+std::vector<AovChannel> channels_of(const AovUse& use);
+
 /// What a job that names these asks for, in the table's order. Throws Error{bad_input} at
 /// `render.aovs` for a name that is not known, stands there twice, or is one too many.
 std::vector<AovUse> aov_uses(std::span<const std::string> names);
@@ -84,6 +105,6 @@ std::vector<AovUse> aov_uses(std::span<const std::string> names);
 void check_aovs(std::span<const std::string> names, int tile);
 
 /// An array of names. Throws Error{bad_input} at `path` if `json` is none.
-std::vector<std::string> aov_names_from(const nlohmann::json& json, const std::string& path);
+std::vector<std::string> names_from(const nlohmann::json& json, const std::string& path);
 
 }  // namespace tessera

@@ -73,8 +73,7 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.clamp_indirect = in.number_or("clamp_indirect", 0, limits::clamp_max, 0);
   if (const Json* crop = in.optional("crop"))
     render.crop = rect_from_json(*crop, in.path_of("crop"));
-  if (const Json* aovs = in.optional("aovs"))
-    render.aovs = aov_names_from(*aovs, in.path_of("aovs"));
+  if (const Json* aovs = in.optional("aovs")) render.aovs = names_from(*aovs, in.path_of("aovs"));
   render.aovs_follow_specular = in.boolean_or("aovs_follow_specular", false);
   in.finish();
   return render;
@@ -221,6 +220,7 @@ void check(const JobSpec& spec) {
     bad("fps", fmt::format("expected a number from {} to {}", fps_least, fps_most));
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   check_aovs(render.aovs, spec.tile);
+  check(spec.cryptomatte);
   within("pass", spec.pass, 1, limits::pass_samples_max);
   within("max_workers", spec.max_workers, 0, max_workers_most);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
@@ -243,22 +243,24 @@ void check(const JobSpec& spec) {
 }
 
 nlohmann::json to_json(const JobSpec& spec) {
-  return {{"name", spec.name},
-          {"priority", spec.priority},
-          {"bundle", spec.bundle.hex()},
-          {"camera", spec.camera},
-          {"frames", frames_json(spec.frames)},
-          {"fps", spec.fps},
-          {"render", render_json(spec.render)},
-          {"tile", spec.tile},
-          {"pass", spec.pass},
-          {"aov_samples", spec.aov_samples},
-          {"mixed", spec.mixed},
-          {"max_workers", spec.max_workers},
-          {"order", name_of(spec.order)},
-          {"focus", spec.focus ? to_json(*spec.focus) : Json()},
-          {"time_limit_seconds", spec.time_limit_seconds},
-          {"noise_threshold", spec.noise_threshold}};
+  Json out = {{"name", spec.name},
+              {"priority", spec.priority},
+              {"bundle", spec.bundle.hex()},
+              {"camera", spec.camera},
+              {"frames", frames_json(spec.frames)},
+              {"fps", spec.fps},
+              {"render", render_json(spec.render)},
+              {"tile", spec.tile},
+              {"pass", spec.pass},
+              {"aov_samples", spec.aov_samples},
+              {"mixed", spec.mixed},
+              {"max_workers", spec.max_workers},
+              {"order", name_of(spec.order)},
+              {"focus", spec.focus ? to_json(*spec.focus) : Json()},
+              {"time_limit_seconds", spec.time_limit_seconds},
+              {"noise_threshold", spec.noise_threshold}};
+  if (!spec.cryptomatte.empty()) out["cryptomatte"] = to_json(spec.cryptomatte);
+  return out;
 }
 
 JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) {
@@ -291,6 +293,8 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
     spec.focus = rect_from_json(*focus, in.path_of("focus"));
   spec.time_limit_seconds = in.number_or("time_limit_seconds", 0, time_limit_most, 0);
   spec.noise_threshold = in.number_or("noise_threshold", 0, noise_most, 0);
+  if (const Json* names = in.optional("cryptomatte"))
+    spec.cryptomatte = matte_names_from(*names, in.path_of("cryptomatte"));
   in.finish();
   check(spec);
   return spec;
@@ -300,7 +304,7 @@ namespace {
 Digest plan_digest(const JobSpec& spec) {
   Json decisive = to_json(spec);
   for (const char* key : {"name", "priority", "max_workers", "order", "focus", "time_limit_seconds",
-                          "noise_threshold"})
+                          "noise_threshold", "cryptomatte"})
     decisive.erase(key);
   // Plans of jobs that were accepted before there was such a key keep their digest.
   if (spec.fps == JobSpec{}.fps) decisive.erase("fps");

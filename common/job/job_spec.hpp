@@ -8,6 +8,7 @@
 
 #include "common/base/digest.hpp"
 #include "common/job/frames.hpp"
+#include "common/job/matte.hpp"
 #include "common/job/pass_plan.hpp"
 #include "common/job/task.hpp"
 #include "common/job/tile_grid.hpp"
@@ -55,8 +56,8 @@ TileOrder tile_order_from(std::string_view name);
 
 /// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
 /// What says when and by whom it is rendered (priority, order, focus, max_workers), when it ends
-/// (time limit, noise threshold) and the name stand outside the plan digest; priority, focus and
-/// max_workers can be changed later.
+/// (time limit, noise threshold), the name and the names for manifests stand outside the plan
+/// digest; priority, focus and max_workers can be changed later.
 struct JobSpec {
   std::string name;    ///< for people; a plain name
   int priority = 0;    ///< −100 … 100; higher first
@@ -76,6 +77,7 @@ struct JobSpec {
   /// It ends at the first whole pass looked at whose noise is at most this; 0: it makes all its
   /// samples.
   double noise_threshold = 0;
+  MatteNames cryptomatte;  ///< names for the manifests of its Cryptomattes
 
   bool operator==(const JobSpec&) const = default;
 };

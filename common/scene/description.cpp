@@ -32,6 +32,13 @@ std::optional<double> uniform_scale(const Transform& t) {
   return std::sqrt(square);
 }
 
+Visibility operator&(const Visibility& a, const Visibility& b) {
+  return {.camera = a.camera && b.camera,
+          .shadow = a.shadow && b.shadow,
+          .indirect = a.indirect && b.indirect,
+          .holdout = a.holdout || b.holdout};
+}
+
 Quad square_around(const Disk& disk) {
   const double size = std::hypot(disk.normal[0], disk.normal[1], disk.normal[2]);
   const Vec3 n{disk.normal[0] / size, disk.normal[1] / size, disk.normal[2] / size};

@@ -31,6 +31,17 @@ std::optional<double> uniform_scale(const Transform& t);
 /// with.
 bool is_singular(const Transform& t);
 
+/// Which rays meet a shape, and what the camera makes of it.
+struct Visibility {
+  bool camera = true;    ///< rays that have not scattered since they left the camera
+  bool shadow = true;    ///< rays that ask whether a light reaches a surface
+  bool indirect = true;  ///< rays that have scattered
+  bool holdout = false;  ///< where the camera sees it, the picture has a hole
+  bool operator==(const Visibility&) const = default;
+};
+/// Of a shape in what is placed: neither shows what the other hides.
+Visibility operator&(const Visibility& a, const Visibility& b);
+
 // ---- shapes, each in its own space ----
 /// Parallelogram: corner + s·edge_u + t·edge_v, s, t in 0…1; the normal is along edge_u × edge_v.
 /// Edges need not be at right angles.
@@ -77,10 +88,11 @@ struct Mesh {
   std::optional<MeshSize> outlined;
 };
 struct Shape {
-  std::string name;  ///< for errors and later for ids
+  std::string name;  ///< for errors, ids and mattes
   std::variant<Quad, Disk, Sphere, Box, Mesh> geometry;
   std::uint32_t material = 0;  ///< index into Scene::materials
   Transform to_world;          ///< or to its object's space, where it stands in an object
+  Visibility visibility = {};  ///< with its object's
 };
 
 /// Shapes that are placed as one, any number of times.
@@ -91,6 +103,8 @@ struct Object {
 struct Instance {
   std::uint32_t object = 0;  ///< index into Scene::objects
   Transform to_world;
+  Visibility visibility = {};  ///< with that of each of its shapes
+  std::string name = {};       ///< empty: its object's
 };
 
 // ---- camera, environment ----
@@ -172,6 +186,8 @@ struct Scene {
   std::vector<Shape> shapes;  ///< placed once, in the world
   std::vector<Object> objects;
   std::vector<Instance> instances;
+  /// The camera does not see what is infinitely far: the picture is transparent there.
+  bool film_transparent = false;
   RenderSettings render;  ///< what the scene file asks for; a command line may override it
 };
 

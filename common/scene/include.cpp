@@ -73,8 +73,9 @@ std::vector<TextureUse*> uses_of(Material& material) {
 /// A glTF file, and how it joins the scene.
 struct Inclusion {
   Value file;
-  Transform to_world;
-  gltf::Options options;
+  Transform to_world = {};
+  Visibility visibility = {};
+  gltf::Options options = {};
 
   /// Two of one key bring the same.
   using Key = std::tuple<std::string, std::optional<std::string>, gltf::Units>;
@@ -96,10 +97,12 @@ class Includer {
     if (!several)
       for (Shape& shape : part.shapes) {
         shape.to_world = to_world * shape.to_world;
+        shape.visibility = wanted.visibility;
         out_.shapes.push_back(std::move(shape));
       }
     for (const Instance& instance : part.instances)
-      out_.instances.push_back({instance.object, to_world * instance.to_world});
+      out_.instances.push_back(
+          {instance.object, to_world * instance.to_world, wanted.visibility, instance.name});
     take_named(part.lights, out_.lights, own_lights_, to_world);
     // No two cameras have one name: --camera could not tell them apart.
     take_named(part.cameras, out_.cameras, out_.cameras.size(), to_world);
@@ -184,13 +187,14 @@ Inclusion read_inclusion(const Value& item) {
       file.fail_expected("the name of a glTF file, which ends in .gltf or .glb");
     return file;
   };
-  if (item.kind() == Kind::text) return {.file = checked(item), .to_world = {}, .options = {}};
+  if (item.kind() == Kind::text) return Inclusion{.file = checked(item)};
   Fields in(item);
-  Inclusion out{.file = checked(in.required("file")), .to_world = {}, .options = {}};
+  Inclusion out{.file = checked(in.required("file"))};
   if (const auto transform = in.optional("transform")) out.to_world = read_transform(*transform);
   if (const auto variant = in.optional("variant")) out.options.variant = variant->text();
   if (const auto units = in.optional("units"))
     out.options.units = read_word(*units, "units", gltf::unit_names);
+  out.visibility = read_visibility(in);
   in.finish();
   return out;
 }

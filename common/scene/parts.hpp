@@ -112,6 +112,16 @@ std::vector<Material> read_materials(const Value& materials, Reading& reading);
 /// A list of shapes; their materials are looked up in `reading`.
 std::vector<Shape> read_shapes(const Value& shapes, Reading& reading);
 
+/// A member `visibility` of a shape, an object, an instance or an included file.
+Visibility read_visibility(Fields& in);
+
+/// An object of objects by name.
+std::vector<Object> read_objects(const Value& objects, Reading& reading);
+/// A list of instances of `objects`, of which the scene's own begin at `first`, behind those that
+/// were included.
+std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
+                                     std::size_t first, const Reading& reading);
+
 /// Throws at `place` if `shape`, which `to_world` brings into the world, can not stand there: a
 /// sphere that emits and becomes an ellipsoid, or what is made flat.
 void check_placed(const Shape& shape, const Transform& to_world, const Reading& reading,

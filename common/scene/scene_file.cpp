@@ -68,19 +68,22 @@ namespace {
 constexpr int film_default = 512;
 constexpr double strength_most = 1e12;
 
-void read_film(Fields& root, RenderSettings& out) {
+/// True if it is transparent where the camera sees nothing but surroundings.
+bool read_film(Fields& root, RenderSettings& out) {
   out.width = out.height = film_default;
   const auto film = root.optional("film");
-  if (!film) return;
+  if (!film) return false;
   Fields in(*film);
   out.width = static_cast<int>(in.required("width").integer(1, limits::film_side_max));
   out.height = static_cast<int>(in.required("height").integer(1, limits::film_side_max));
   out.pixel_aspect = in.number_or("pixel_aspect", limits::pixel_aspect_min,
                                   limits::pixel_aspect_max, out.pixel_aspect);
+  const bool transparent = in.boolean_or("transparent", false);
   in.finish();
   if (static_cast<std::int64_t>(out.width) * out.height > limits::film_pixels_max)
     film->fail(fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
                            out.width, out.height, limits::film_pixels_max));
+  return transparent;
 }
 
 template <class Names>
@@ -92,16 +95,14 @@ std::string name_or(Fields& in, std::string_view kind, const Names& names,
 
 /// [x, y, width, height]. A film of another size, by command line, is looked at when the job is.
 Rect read_crop(const Value& value, const RenderSettings& film) {
-  std::array<double, 4> numbers{};
-  value.numbers(numbers.data(), numbers.size(), 0, limits::film_side_max);
-  Rect out;
-  const std::array<int*, 4> into{&out.x, &out.y, &out.width, &out.height};
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (numbers.at(i) != std::floor(numbers.at(i))) value.fail("expected whole numbers of pixels");
-    *into.at(i) = static_cast<int>(numbers.at(i));
-  }
-  if (out.width < 1 || out.height < 1 || out.x + out.width > film.width ||
-      out.y + out.height > film.height)
+  const char* const expected = "[x, y, width, height], whole numbers of pixels";
+  const std::vector<Value> items = value.items(expected);
+  if (items.size() != 4) value.fail_expected(expected);
+  const auto pixels = [&](std::size_t item, int least) {
+    return static_cast<int>(items[item].integer(least, limits::film_side_max));
+  };
+  const Rect out{pixels(0, 0), pixels(1, 0), pixels(2, 1), pixels(3, 1)};
+  if (out.x + out.width > film.width || out.y + out.height > film.height)
     value.fail(fmt::format("expected [x, y, width, height] within the film of {} by {}", film.width,
                            film.height));
   return out;
@@ -169,46 +170,6 @@ Surroundings read_environment(Fields& root, Reading& reading) {
   return {.environment = out, .studio = studio};
 }
 
-std::vector<Object> read_objects(const Value& objects, Reading& reading) {
-  std::vector<Object> out;
-  for (const Value::Member& member : objects.members()) {
-    if (!is_plain_name(member.key.text()))
-      member.key.fail("expected a name of 1 to 128 bytes without control characters");
-    Fields in(member.value);
-    const Value shapes = in.required("shapes");
-    in.finish();
-    out.push_back({member.key.text(), read_shapes(shapes, reading)});
-    if (out.back().shapes.empty()) shapes.fail("expected at least one shape");
-  }
-  return out;
-}
-
-/// `first`: the scene's own objects begin here, behind those that were included.
-std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
-                                     std::size_t first, const Reading& reading) {
-  std::vector<std::string_view> names;
-  for (std::size_t i = first; i < objects.size(); ++i) names.push_back(objects[i].name);
-  std::vector<Instance> out;
-  for (const Value& value : instances.items("a list of instances")) {
-    Fields in(value);
-    Instance instance;
-    const Value object = in.required("object");
-    const auto found = std::find(names.begin(), names.end(), object.text());
-    if (names.empty())
-      object.fail(fmt::format("unknown object \"{}\": the scene has none", object.text()));
-    if (found == names.end()) object.fail(unknown_name("object", object.text(), names));
-    instance.object =
-        static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(found - names.begin());
-    const auto transform = in.optional("transform");
-    if (transform) instance.to_world = read_transform(*transform);
-    in.finish();
-    for (const Shape& shape : objects[instance.object].shapes)
-      check_placed(shape, instance.to_world * shape.to_world, reading, transform.value_or(value));
-    out.push_back(instance);
-  }
-  return out;
-}
-
 /// What a picture of included files needs, and neither they nor the scene have.
 void fill_in(Reading& reading, Scene& out) {
   const double aspect =
@@ -228,7 +189,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (!out.name.empty() && !is_plain_name(out.name))
     root.required("name").fail("expected a name of at most 128 bytes without control characters");
   (void)root.text_or("about", "");
-  read_film(root, out.render);
+  out.film_transparent = read_film(root, out.render);
   read_render(root, out.render);
   const auto include = root.optional("include");
   if (!include || root.has("camera") || root.has("cameras")) out.cameras = read_cameras(root);

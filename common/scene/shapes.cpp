@@ -126,6 +126,7 @@ std::vector<Shape> read_shapes(const Value& shapes, Reading& reading) {
     const std::string type = read_name(in, "type", "shape type", types);
     shape.name = in.text_or("name", fmt::format("{} {}", type, out.size()));
     shape.material = read_material(in, reading, index);
+    shape.visibility = read_visibility(in);
     const auto transform = in.optional("transform");
     if (transform) shape.to_world = read_transform(*transform);
     for (const ShapeType& known : shape_types)

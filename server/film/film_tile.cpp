@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "server/film/fold_mattes.hpp"
 
 namespace tessera::server {
 
@@ -31,10 +32,19 @@ void merge_moment2(std::span<double> m2, const double* sum, double before,
   }
 }
 
-/// `n`: samples behind the values.
-void merge_row(Merge merge, std::span<double> sums, const image::FloatRow& values, double n) {
+/// `before`, `n`: samples behind the sums, and behind the values.
+void merge_row(Merge merge, std::span<double> sums, const image::FloatRow& values, double before,
+               double n) {
   switch (merge) {
     case Merge::moment2:
+    case Merge::matte:
+    case Merge::matte_weight:
+      return;
+    case Merge::first:
+      if (before > 0) return;
+      [[fallthrough]];
+    case Merge::total:
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += static_cast<double>(values[i]);
       return;
     case Merge::mean:
       for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += n * static_cast<double>(values[i]);
@@ -96,11 +106,14 @@ void fold(FilmTile& tile, const TileView& pass) {
     });
   }
   for (std::size_t c = 0; c < travelling.size(); ++c) {
-    const auto samples = static_cast<double>(pass.samples[group_index(travelling[c])]);
+    const std::size_t group = group_index(travelling[c]);
+    const auto before = static_cast<double>(tile.samples[group]);
+    const auto samples = static_cast<double>(pass.samples[group]);
     each_row(tile, c, [&](std::span<double> sums, std::size_t y) {
-      merge_row(travelling[c].merge, sums, pass.row(c, y), samples);
+      merge_row(travelling[c].merge, sums, pass.row(c, y), before, samples);
     });
   }
+  fold_mattes(tile, pass);
   for (std::size_t group = 0; group < image::group_count; ++group)
     tile.samples[group] += pass.samples[group];
   ++tile.passes;
@@ -114,7 +127,8 @@ void fold(FilmTile& tile, const image::TileImage& pass) {
 double mean_divisor(const FilmTile& tile, std::size_t channel) {
   const Channel& entry = (*tile.layout)[channel];
   const std::uint64_t samples = tile.samples[group_index(entry)];
-  return entry.merge == Merge::mean && samples > 0 ? static_cast<double>(samples) : 1.0;
+  const bool averaged = entry.merge == Merge::mean || entry.merge == Merge::matte_weight;
+  return averaged && samples > 0 ? static_cast<double>(samples) : 1.0;
 }
 
 std::vector<float> resolve(const FilmTile& tile) {

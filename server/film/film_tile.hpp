@@ -18,7 +18,7 @@ struct FilmTile {
   std::uint32_t passes = 0;                                 ///< folded: [0, passes)
   std::array<std::uint64_t, image::group_count> samples{};  ///< per pixel, of each group
   /// Planes in the order of the layout: Σ n·mean for means, M2 for second moments, the least
-  /// for nearest.
+  /// for nearest, all else as in a tile's passes.
   std::vector<double> sums;
   image::Layout layout = image::default_layout();
 
@@ -33,8 +33,8 @@ void fold(FilmTile& tile, const image::TileImage& pass);
 /// The values that a picture shows: means, M2, nearest; planes as in TileImage, all channels. Where
 /// a group has no samples, 0 (Z: nothing_hit_z).
 std::vector<float> resolve(const FilmTile& tile);
-/// What a channel's sums are divided by to give its values: its group's samples for means, 1 for
-/// all else.
+/// What a channel's sums are divided by to give its values: its group's samples for means and
+/// weights of mattes, 1 for all else.
 double mean_divisor(const FilmTile& tile, std::size_t channel);
 
 }  // namespace tessera::server

@@ -13,12 +13,10 @@ namespace tessera::server {
 /// ones are all 0: sums of a few floats seldom need all of a double.
 std::vector<std::byte> bytes_of(const FilmTile& tile);
 /// Throws Error{failed} if the bytes are no tile of this window and layout.
-FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window,
-                        image::Layout layout = image::default_layout());
+FilmTile film_tile_from(std::span<const std::byte> bytes, const Rect& window, image::Layout layout);
 
 /// Memory of a film's sums, bytes.
-inline std::size_t film_bytes(std::int64_t pixels,
-                              const image::ChannelLayout& layout = *image::default_layout()) {
+inline std::size_t film_bytes(std::int64_t pixels, const image::ChannelLayout& layout) {
   return static_cast<std::size_t>(pixels) * layout.size() * sizeof(double);
 }
 

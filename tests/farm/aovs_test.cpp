@@ -2,7 +2,12 @@
 // and their bits.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
 
 #include "tests/farm/farm.hpp"
 #include "tests/farm/reference.hpp"
@@ -11,7 +16,8 @@ namespace tessera::farm_test {
 namespace {
 
 constexpr const char* all_aovs =
-    "albedo,Z,P,direct,indirect,emission,diffuse,specular,transmission,light_default";
+    "albedo,Z,P,direct,indirect,emission,diffuse,specular,transmission,light_default,UV,object_id,"
+    "material_id,CryptoObject,CryptoMaterial,time,variance,samples";
 
 /// 40 samples: more than AOVs of the first surface travel with.
 image::ExrImage with_aovs(Farm& farm, int tile, bool disturbed) {
@@ -55,6 +61,90 @@ TEST(Aovs, that_make_up_the_picture_sum_to_it_over_all_samples) {
         ASSERT_NEAR(sum, whole[i], 1e-5 * std::abs(whole[i]) + 1e-12) << parts[0] << component << i;
       }
     }
+}
+
+/// A Cryptomatte as compositing tools read it: by its specification, from header and channels.
+class MatteReader {
+ public:
+  MatteReader(const image::ExrImage& picture, const std::string& layer) : picture_(picture) {
+    std::string key;
+    for (const auto& attribute : picture.metadata.attributes())
+      if (attribute.name.starts_with("cryptomatte/") && attribute.name.ends_with("/name") &&
+          picture.metadata.text(attribute.name) == layer)
+        key = attribute.name.substr(0, attribute.name.size() - 4);
+    EXPECT_EQ(key.size(), std::string("cryptomatte/1234567/").size());
+    EXPECT_EQ(picture.metadata.text(key + "hash"), "MurmurHash3_32");
+    EXPECT_EQ(picture.metadata.text(key + "conversion"), "uint32_to_float32");
+    manifest_ = nlohmann::json::parse(picture.metadata.text(key + "manifest"));
+    for (const std::string& channel : picture.channels)
+      if (channel.starts_with(layer) && (channel.ends_with(".R") || channel.ends_with(".B")))
+        ranks_.push_back(channel);
+  }
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> out;
+    for (const auto& [name, id] : manifest_.items()) out.push_back(name);
+    return out;
+  }
+  /// The share of each pixel that shows what has this name.
+  [[nodiscard]] std::vector<double> matte(const std::string& name) const {
+    const auto bits = std::stoul(manifest_.at(name).get<std::string>(), nullptr, 16);
+    const auto id = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    std::vector<double> out(picture_.plane("A").size());
+    for (std::string channel : ranks_) {
+      const auto ids = picture_.plane(channel);
+      channel.back() = channel.back() == 'R' ? 'G' : 'A';
+      const auto shares = picture_.plane(channel);
+      for (std::size_t i = 0; i < out.size(); ++i)
+        if (ids[i] == id) out[i] += static_cast<double>(shares[i]);
+    }
+    return out;
+  }
+
+ private:
+  const image::ExrImage& picture_;
+  nlohmann::json manifest_;
+  std::vector<std::string> ranks_;
+};
+
+std::vector<double> sum_of(const MatteReader& mattes, const std::vector<std::string>& names) {
+  std::vector<double> out(mattes.matte(names.front()).size());
+  for (const std::string& name : names) {
+    const std::vector<double> matte = mattes.matte(name);
+    std::transform(out.begin(), out.end(), matte.begin(), out.begin(), std::plus<>());
+  }
+  return out;
+}
+
+TEST(Mattes, name_every_object_in_the_file_and_share_out_what_is_there) {
+  Farm farm;
+  farm.add_worker(2);
+  // As many samples as AOVs of the first surface travel with: alpha is of the same.
+  std::vector<std::string> arguments = arguments_of({.samples = 16});
+  arguments.insert(arguments.end(), {"--aovs", "CryptoObject,CryptoMaterial,object_id"});
+  const image::ExrImage picture = farm.finish(farm.submit(scene_path(), arguments));
+  const MatteReader objects(picture, "CryptoObject"), materials(picture, "CryptoMaterial");
+  const std::vector<std::string> in_order{"floor",     "ceiling", "back wall",   "right wall",
+                                          "left wall", "light",   "short block", "tall block"};
+  EXPECT_EQ(objects.names().size(), in_order.size());
+  const auto alpha = picture.plane("A"), ids = picture.plane("object_id");
+  const std::vector<double> all = sum_of(objects, in_order);
+  for (std::size_t i = 0; i < all.size(); ++i) ASSERT_NEAR(all[i], alpha[i], 1e-6) << i;
+  EXPECT_EQ(sum_of(materials, materials.names()), all);
+  EXPECT_EQ(sum_of(objects, {"floor", "ceiling", "back wall", "short block", "tall block"}),
+            materials.matte("white"));
+  for (std::size_t number = 1; number <= in_order.size(); ++number) {
+    const std::vector<double> matte = objects.matte(in_order[number - 1]);
+    std::size_t whole = 0, part = 0;
+    for (std::size_t i = 0; i < matte.size(); ++i) {
+      if (matte[i] > 0 && matte[i] < 1) ++part;
+      if (matte[i] != 1) continue;
+      ++whole;
+      ASSERT_EQ(ids[i], static_cast<float>(number)) << i;
+    }
+    EXPECT_GT(whole, 5U) << in_order[number - 1];
+    EXPECT_GT(part, 10U) << in_order[number - 1];
+  }
 }
 
 TEST(Aovs, that_are_unknown_are_refused_before_anything_is_queued) {

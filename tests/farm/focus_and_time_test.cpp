@@ -15,13 +15,13 @@ namespace {
 constexpr std::int64_t asked = 1'000'000;
 constexpr int pass_most = 16;
 
-/// Far more samples than the time allows, in passes that are soon over.
-std::vector<std::string> limited(const std::string& time) {
+/// Far more samples than `flag` will let it take, in passes that are soon over.
+std::vector<std::string> ended_by(const std::string& flag, const std::string& value) {
   return {"--size",    "96x64",
           "--samples", std::to_string(asked),
           "--pass",    std::to_string(pass_most),
           "--tile",    "16",
-          "--time",    time};
+          flag,        value};
 }
 
 /// How many is the machine's speed; that a pass of the job ends there holds at any.
@@ -61,14 +61,14 @@ TEST(TimeLimit, ends_at_a_whole_pass_with_the_bits_of_a_job_of_so_many_samples) 
   Farm farm;
   farm.add_worker();
   farm.add_worker();
-  const std::string id = farm.submit(scene_path(), limited("3"));
+  const std::string id = farm.submit(scene_path(), ended_by("--time", "3"));
   expect_as_submitted(farm, id);
 }
 
 TEST(TimeLimit, survives_a_restart_of_the_coordinator) {
   Farm farm;
   farm.add_worker();
-  const std::string id = farm.submit(scene_path(), limited("4"));
+  const std::string id = farm.submit(scene_path(), ended_by("--time", "4"));
   ASSERT_TRUE(farm.wait_for_progress(id, 1e-6)) << farm.logs();
   farm.kill_and_restart_server();
   const std::int64_t samples = expect_as_submitted(farm, id);
@@ -77,21 +77,12 @@ TEST(TimeLimit, survives_a_restart_of_the_coordinator) {
   EXPECT_EQ(farm.job(id).value("state", ""), "done");
 }
 
-/// As far as its noise is to fall; --samples is the most.
-std::vector<std::string> until_quiet(const std::string& level) {
-  return {"--size",    "96x64",
-          "--samples", std::to_string(asked),
-          "--pass",    std::to_string(pass_most),
-          "--tile",    "16",
-          "--noise",   level};
-}
-
 TEST(Noise, ends_a_job_at_the_same_pass_with_the_same_bits_for_any_number_of_workers) {
   std::optional<image::ExrImage> first;
   for (const int workers : {1, 2, 5}) {
     Farm farm;
     for (int i = 0; i < workers; ++i) farm.add_worker();
-    const std::string id = farm.submit(scene_path(), until_quiet("0.07"));
+    const std::string id = farm.submit(scene_path(), ended_by("--noise", "0.07"));
     if (workers == 2) {
       const std::int64_t samples = expect_as_submitted(farm, id);
       EXPECT_GT(samples, 16);
@@ -109,7 +100,7 @@ TEST(Noise, ends_a_job_at_the_same_pass_though_the_coordinator_is_killed) {
   for (const bool killed : {false, true}) {
     Farm farm;
     farm.add_worker();
-    const std::string id = farm.submit(scene_path(), until_quiet("0.1"));
+    const std::string id = farm.submit(scene_path(), ended_by("--noise", "0.1"));
     if (killed) {
       ASSERT_TRUE(farm.wait_for_progress(id, 16.0 / asked)) << farm.logs();
       farm.kill_and_restart_server();

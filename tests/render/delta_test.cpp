@@ -8,15 +8,7 @@
 namespace tessera::render::proof {
 namespace {
 
-constexpr double albedo = 0.5;
-constexpr double reflected(double irradiance) { return albedo * irradiance / pi_d; }
-
-SceneMaker floor_scene() {
-  SceneMaker maker;
-  maker.add(maker.diffuse(albedo), scene::Quad{{-0.5, 0, -0.5}, {0, 0, 1}, {1, 0, 0}});
-  maker.look({-2, 0.3, 0.1}, {0, 0, 0});
-  return maker;
-}
+constexpr double albedo = floor_albedo;
 
 template <class Shape>
 void shine(SceneMaker& maker, Shape shape) {

@@ -96,7 +96,7 @@ TEST(Report, TheSecondMomentGrowsByFourThirdsOfAlbedoSquaredABounce) {
     } else {
       EXPECT_LT(moments.back(), moments.front());
     }
-    // By the cosine each bounce brings ρⁿ exactly (roulette begins after the first two hits).
+    // By the cosine each bounce brings ρⁿ exactly (roulette ends no path that carries so much).
     EXPECT_NEAR(second_moment(scene, "cosine", 1).mean, albedo * albedo, 1e-5);
   }
 }

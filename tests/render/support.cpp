@@ -49,6 +49,10 @@ SceneMaker& SceneMaker::add(std::uint32_t material, scene::Quad quad, scene::Tra
   add_shape(description, material, quad, to_world);
   return *this;
 }
+SceneMaker& SceneMaker::add(std::uint32_t material, scene::Disk disk, scene::Transform to_world) {
+  add_shape(description, material, disk, to_world);
+  return *this;
+}
 SceneMaker& SceneMaker::add(std::uint32_t material, scene::Sphere sphere,
                             scene::Transform to_world) {
   add_shape(description, material, sphere, to_world);
@@ -77,20 +81,29 @@ SceneMaker& SceneMaker::look(scene::Vec3 eye, scene::Vec3 target, double fov_deg
   description.cameras = {camera};
   return *this;
 }
-SceneMaker& SceneMaker::scaled(double factor, scene::Vec3 shift) {
-  const scene::Transform move =
-      translate(shift[0], shift[1], shift[2]) * scale(factor, factor, factor);
+SceneMaker& SceneMaker::moved(const scene::Transform& move) {
+  const auto turned = [&m = move.m](const scene::Vec3& v) {
+    return scene::Vec3{m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+                       m[4] * v[0] + m[5] * v[1] + m[6] * v[2],
+                       m[8] * v[0] + m[9] * v[1] + m[10] * v[2]};
+  };
+  const auto placed = [&](const scene::Vec3& v) {
+    const scene::Vec3 t = turned(v);
+    return scene::Vec3{t[0] + move.m[3], t[1] + move.m[7], t[2] + move.m[11]};
+  };
   for (scene::Shape& shape : description.shapes) shape.to_world = move * shape.to_world;
   for (scene::Instance& instance : description.instances) {
     instance.to_world = move * instance.to_world;
   }
   for (scene::Camera& camera : description.cameras) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      camera.eye[axis] = camera.eye[axis] * factor + shift[axis];
-      camera.target[axis] = camera.target[axis] * factor + shift[axis];
-    }
+    camera.eye = placed(camera.eye);
+    camera.target = placed(camera.target);
+    camera.up = turned(camera.up);
   }
   return *this;
+}
+SceneMaker& SceneMaker::scaled(double factor, scene::Vec3 shift) {
+  return moved(translate(shift[0], shift[1], shift[2]) * scale(factor, factor, factor));
 }
 
 Scene SceneMaker::build(double albedo_of_emitters) const {
@@ -106,6 +119,13 @@ Scene SceneMaker::build(double albedo_of_emitters) const {
     material.program[static_cast<std::size_t>(material.count++)] = scatter;
   }
   return scene;
+}
+
+SceneMaker floor_scene() {
+  SceneMaker maker;
+  maker.add(maker.diffuse(floor_albedo), scene::Quad{{-0.5, 0, -0.5}, {0, 0, 1}, {1, 0, 0}});
+  maker.look({-2, 0.3, 0.1}, {0, 0, 0});
+  return maker;
 }
 
 scene::Image picture_of(int width, const std::vector<int>& exponents) {

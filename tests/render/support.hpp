@@ -21,20 +21,29 @@ class SceneMaker {
   std::uint32_t dielectric(double ior);
   std::uint32_t mirror(double reflectance);
   SceneMaker& add(std::uint32_t material, scene::Quad quad, scene::Transform to_world = {});
+  SceneMaker& add(std::uint32_t material, scene::Disk disk, scene::Transform to_world = {});
   SceneMaker& add(std::uint32_t material, scene::Sphere sphere, scene::Transform to_world = {});
   SceneMaker& add(std::uint32_t material, scene::Box box, scene::Transform to_world = {});
   SceneMaker& add(std::uint32_t material, scene::Mesh mesh, scene::Transform to_world = {});
   SceneMaker& environment(double radiance);
   SceneMaker& look(scene::Vec3 eye, scene::Vec3 target, double fov_degrees = 0.001,
                    scene::Vec3 up = {0.0123, 1, 0.0345});
-  /// Moves everything, camera too. Uniform scale, then shift.
-  SceneMaker& scaled(double scale, scene::Vec3 shift);
+  /// Moves everything, camera too.
+  SceneMaker& moved(const scene::Transform& move);
+  /// … by a uniform scale, then a shift.
+  SceneMaker& scaled(double factor, scene::Vec3 shift);
 
   scene::Scene description;
   /// Builds; then gives every material that emits a diffuse lobe of this albedo too, if it is not
   /// negative.
   [[nodiscard]] Scene build(double albedo_of_emitters = -1) const;
 };
+
+inline constexpr double floor_albedo = 0.5;
+/// A floor at y = 0 whose element at the origin the camera looks at from low on the −x side …
+SceneMaker floor_scene();
+/// … and the radiance that leaves it.
+constexpr double reflected(double irradiance) { return floor_albedo * irradiance / pi_d; }
 
 /// An HDR file `width` texels wide, row by row from the top: gray values that are powers of two, as
 /// exponents; −128 is black.

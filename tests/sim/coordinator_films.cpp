@@ -49,7 +49,7 @@ std::shared_ptr<server::FilmTile> Coordinator::folded_by(JobId id, std::int32_t 
         work.before ? *work.before : server::empty_film_tile(plan.grid.tile(work.tile)));
   if (work.checkpoint)
     *sums = server::film_tile_from(store_->read_checkpoint(*work.checkpoint),
-                                   plan.grid.tile(work.tile));
+                                   plan.grid.tile(work.tile), image::default_layout());
   std::vector<server::FoldWork::Pass> passes = work.passes;
   if (world_.bug == Bug::fold_out_of_order && passes.size() > 1) std::swap(passes[0], passes[1]);
   if (world_.bug == Bug::double_fold && sums->passes == 1) passes.push_back(passes.back());

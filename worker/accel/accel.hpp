@@ -24,6 +24,11 @@ using Affine = std::array<float, 12>;
 
 constexpr std::uint32_t none = 0xffffffffU;
 
+/// Bits by which rays tell what they meet: a ray meets a geometry if their masks share a bit, and
+/// what is in an instance if it meets both. This one meets all, and is met by all.
+using Mask = std::uint32_t;
+constexpr Mask everything = 0xffffffffU;
+
 /// A segment origin + t·direction, near ≤ t ≤ far; the direction needs no particular length.
 struct Ray {
   Point origin{};
@@ -77,7 +82,8 @@ using Progress = std::function<bool(double)>;
 /// Primitives and the hierarchy over them: build once, then ask from any number of threads. Buffers
 /// given to add_… are shared, not copied: they must outlive the scene, stay where they are, and
 /// have 16 readable bytes behind their end (accel::Buffer has). Positions and transforms are lists
-/// of time keys, spread evenly over 0…1; one key stands still.
+/// of time keys, spread evenly over 0…1; one key stands still. A mask other than `everything`
+/// throws Error{failed} where Embree was built without masks.
 class Scene {
  public:
   explicit Scene(const Device& device);
@@ -87,28 +93,29 @@ class Scene {
 
   /// Each returns the geometry's number: 0, 1, 2, …
   std::uint32_t add_triangles(std::span<const std::span<const Point>> position_keys,
-                              std::span<const Triangle> triangles);
+                              std::span<const Triangle> triangles, Mask mask = everything);
   std::uint32_t add_quads(std::span<const std::span<const Point>> position_keys,
-                          std::span<const Quad> quads);
+                          std::span<const Quad> quads, Mask mask = everything);
   /// The same parallelograms, of each of which only the ellipse is there that touches the middles
   /// of its edges.
   std::uint32_t add_ellipses(std::span<const std::span<const Point>> position_keys,
-                             std::span<const Quad> around);
+                             std::span<const Quad> around, Mask mask = everything);
   /// Intersected exactly, in double.
-  std::uint32_t add_spheres(std::span<const Sphere> spheres);
+  std::uint32_t add_spheres(std::span<const Sphere> spheres, Mask mask = everything);
   /// `child` must be built, hold no instances itself, and outlive this scene. Hits name this number
   /// as their instance.
-  std::uint32_t add_instance(const Scene& child, std::span<const Affine> transform_keys);
+  std::uint32_t add_instance(const Scene& child, std::span<const Affine> transform_keys,
+                             Mask mask = everything);
 
   /// Builds the hierarchy with the threads of the calling TBB arena; the result does not depend on
   /// how many there are. Throws Error{failed} for what Embree says, and when `progress` gave up.
   void build(const Progress& progress = {});
 
   /// The nearest hit. The scene must be built; this and all below may be called from any thread.
-  [[nodiscard]] Hit intersect(const Ray& ray) const;
+  [[nodiscard]] Hit intersect(const Ray& ray, Mask mask = everything) const;
   /// True if anything at all is met.
-  [[nodiscard]] bool occluded(const Ray& ray) const;
-  /// The same for many rays, hits[i] for rays[i].
+  [[nodiscard]] bool occluded(const Ray& ray, Mask mask = everything) const;
+  /// The same for many rays with a mask of `everything`, hits[i] for rays[i].
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden) const;
 

@@ -53,6 +53,13 @@ void Device::State::check(const char* what) {
               fmt::format("Embree, {}: {} ({})", what, name_of(code), last_message));
 }
 
+void Device::State::require_masks() const {
+  if (rtcGetDeviceProperty(handle, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) != 0) return;
+  throw Error(ErrorKind::failed,
+              "this machine's Embree was built without ray masks (EMBREE_RAY_MASK): it cannot hide "
+              "anything from some rays alone");
+}
+
 Device::Device(const DeviceConfig& config) : state_(std::make_shared<State>()) {
   state_->isa = config.isa;
   const std::string text = "isa=" + config.isa;

@@ -21,6 +21,8 @@ struct Device::State {
   ~State();
   /// Throws Error{failed} if this thread's last call failed.
   void check(const char* what);
+  /// Throws Error{failed} if this Embree takes no notice of masks.
+  void require_masks() const;
 };
 
 }  // namespace tessera::accel

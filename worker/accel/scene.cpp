@@ -25,7 +25,10 @@ struct Scene::State {
     if (scene != nullptr) rtcReleaseScene(scene);
   }
 
-  std::uint32_t attach(RTCGeometry geometry) {
+  std::uint32_t attach(RTCGeometry geometry, Mask mask) {
+    if (mask != everything) device->require_masks();
+    // Embree 3 and 4 do not agree on what a geometry has that is given none.
+    rtcSetGeometryMask(geometry, mask);
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_MEDIUM);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, count);
@@ -35,7 +38,7 @@ struct Scene::State {
   }
   std::uint32_t add_mesh(RTCGeometryType type, RTCFormat format,
                          std::span<const std::span<const Point>> keys, const void* indices,
-                         std::size_t count_of, std::size_t stride,
+                         std::size_t count_of, std::size_t stride, Mask mask,
                          RTCFilterFunctionN filter = nullptr) {
     assert(!keys.empty());
     RTCGeometry geometry = rtcNewGeometry(device->handle, type);
@@ -48,7 +51,7 @@ struct Scene::State {
                                count_of);
     rtcSetGeometryIntersectFilterFunction(geometry, filter);
     rtcSetGeometryOccludedFilterFunction(geometry, filter);
-    return attach(geometry);
+    return attach(geometry, mask);
   }
 };
 
@@ -64,15 +67,15 @@ Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::uint32_t Scene::add_triangles(std::span<const std::span<const Point>> position_keys,
-                                   std::span<const Triangle> triangles) {
+                                   std::span<const Triangle> triangles, Mask mask) {
   return state_->add_mesh(RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_UINT3, position_keys,
-                          triangles.data(), triangles.size(), sizeof(Triangle));
+                          triangles.data(), triangles.size(), sizeof(Triangle), mask);
 }
 
 std::uint32_t Scene::add_quads(std::span<const std::span<const Point>> position_keys,
-                               std::span<const Quad> quads) {
+                               std::span<const Quad> quads, Mask mask) {
   return state_->add_mesh(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, position_keys, quads.data(),
-                          quads.size(), sizeof(Quad));
+                          quads.size(), sizeof(Quad), mask);
 }
 
 namespace {
@@ -85,12 +88,12 @@ void keep_ellipse(const RTCFilterFunctionNArguments* args) {
 }  // namespace
 
 std::uint32_t Scene::add_ellipses(std::span<const std::span<const Point>> position_keys,
-                                  std::span<const Quad> around) {
+                                  std::span<const Quad> around, Mask mask) {
   return state_->add_mesh(RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_UINT4, position_keys, around.data(),
-                          around.size(), sizeof(Quad), keep_ellipse);
+                          around.size(), sizeof(Quad), mask, keep_ellipse);
 }
 
-std::uint32_t Scene::add_spheres(std::span<const Sphere> spheres) {
+std::uint32_t Scene::add_spheres(std::span<const Sphere> spheres, Mask mask) {
   RTCGeometry geometry = rtcNewGeometry(state_->device->handle, RTC_GEOMETRY_TYPE_USER);
   rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(spheres.size()));
   // Embree's handlers take the pointer as mutable and hand it back; nobody writes through it.
@@ -98,10 +101,11 @@ std::uint32_t Scene::add_spheres(std::span<const Sphere> spheres) {
   rtcSetGeometryBoundsFunction(geometry, sphere_bounds, nullptr);
   rtcSetGeometryIntersectFunction(geometry, sphere_intersect);
   rtcSetGeometryOccludedFunction(geometry, sphere_occluded);
-  return state_->attach(geometry);
+  return state_->attach(geometry, mask);
 }
 
-std::uint32_t Scene::add_instance(const Scene& child, std::span<const Affine> transform_keys) {
+std::uint32_t Scene::add_instance(const Scene& child, std::span<const Affine> transform_keys,
+                                  Mask mask) {
   assert(!transform_keys.empty());
   RTCGeometry geometry = rtcNewGeometry(state_->device->handle, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, child.state_->scene);
@@ -110,7 +114,7 @@ std::uint32_t Scene::add_instance(const Scene& child, std::span<const Affine> tr
     rtcSetGeometryTransform(geometry, key, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
                             transform_keys[key].data());
   }
-  return state_->attach(geometry);
+  return state_->attach(geometry, mask);
 }
 
 void Scene::build(const Progress& progress) {
@@ -128,21 +132,21 @@ void Scene::build(const Progress& progress) {
 namespace {
 
 /// Written by fours, as Embree reads it: four separate writes would have to reach the cache first.
-void to_embree(const Ray& ray, RTCRay& out) {
+void to_embree(const Ray& ray, Mask mask, RTCRay& out) {
   static_assert(offsetof(RTCRay, tnear) == 12 && offsetof(RTCRay, dir_x) == 16 &&
                 offsetof(RTCRay, time) == 28);
   _mm_store_ps(&out.org_x, _mm_setr_ps(ray.origin[0], ray.origin[1], ray.origin[2], ray.near));
   _mm_store_ps(&out.dir_x,
                _mm_setr_ps(ray.direction[0], ray.direction[1], ray.direction[2], ray.time));
   out.tfar = ray.far;
-  out.mask = none;
+  out.mask = mask;
   out.id = 0;
   out.flags = 0;
 }
 
-Hit intersect_one(RTCScene scene, const Ray& ray) {
+Hit intersect_one(RTCScene scene, const Ray& ray, Mask mask) {
   RTCRayHit both;
-  to_embree(ray, both.ray);
+  to_embree(ray, mask, both.ray);
   both.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   both.hit.primID = RTC_INVALID_GEOMETRY_ID;
   both.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -159,34 +163,34 @@ Hit intersect_one(RTCScene scene, const Ray& ray) {
   return hit;
 }
 
-bool occluded_one(RTCScene scene, const Ray& ray) {
+bool occluded_one(RTCScene scene, const Ray& ray, Mask mask) {
   RTCRay copy;
-  to_embree(ray, copy);
+  to_embree(ray, mask, copy);
   embree::occluded(scene, copy);
   return copy.tfar < 0;
 }
 
 }  // namespace
 
-Hit Scene::intersect(const Ray& ray) const {
-  return intersect_one(static_cast<RTCScene>(handle_), ray);
+Hit Scene::intersect(const Ray& ray, Mask mask) const {
+  return intersect_one(static_cast<RTCScene>(handle_), ray, mask);
 }
 
-bool Scene::occluded(const Ray& ray) const {
-  return occluded_one(static_cast<RTCScene>(handle_), ray);
+bool Scene::occluded(const Ray& ray, Mask mask) const {
+  return occluded_one(static_cast<RTCScene>(handle_), ray, mask);
 }
 
 void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
   assert(hits.size() >= rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    hits[i] = intersect_one(static_cast<RTCScene>(handle_), rays[i]);
+    hits[i] = intersect_one(static_cast<RTCScene>(handle_), rays[i], everything);
   }
 }
 
 void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> hidden) const {
   assert(hidden.size() >= rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    hidden[i] = occluded_one(static_cast<RTCScene>(handle_), rays[i]) ? 1 : 0;
+    hidden[i] = occluded_one(static_cast<RTCScene>(handle_), rays[i], everything) ? 1 : 0;
   }
 }
 

@@ -18,6 +18,10 @@ void add(double* sums, const Vec3& vector) {
   sums[2] += vector.z;
 }
 
+float number_of(Aov aov, const SampleExtras& extras) {
+  return (aov == Aov::object_id ? extras.object : extras.material).number;
+}
+
 /// One AOV's part of a sample. Those that stand in SampleExtras are only asked for where the record
 /// has them.
 void add(const Gathered& what, const SampleRecord& record, double* sums) {
@@ -46,6 +50,18 @@ void add(const Gathered& what, const SampleRecord& record, double* sums) {
       return add(sums, extras->by_lobe.transmission);
     case Aov::light:
       return add(sums, extras->by_group[what.light_group]);
+    case Aov::uv:
+      sums[0] += static_cast<double>(extras->uv.x);
+      sums[1] += static_cast<double>(extras->uv.y);
+      return;
+    case Aov::object_id:
+    case Aov::material_id:
+    case Aov::crypto_object:
+    case Aov::crypto_material:
+    case Aov::time:
+    case Aov::variance:
+    case Aov::samples:
+      return;  // not summed
   }
 }
 
@@ -53,7 +69,14 @@ bool is_by_lobe(Aov aov) {
   return aov == Aov::diffuse || aov == Aov::specular || aov == Aov::transmission;
 }
 
-bool in_extras(Aov aov) { return aov != Aov::albedo && aov != Aov::normal && aov != Aov::depth; }
+bool is_identity(Aov aov) {
+  return aov == Aov::object_id || aov == Aov::material_id || aov == Aov::crypto_object ||
+         aov == Aov::crypto_material;
+}
+
+bool in_extras(Aov aov) {
+  return aov != Aov::albedo && aov != Aov::normal && aov != Aov::depth && aov != Aov::time;
+}
 
 }  // namespace
 
@@ -71,16 +94,45 @@ AovSums::AovSums(const image::ChannelLayout& layout, bool with_aovs,
     wanted_.extras = wanted_.extras || in_extras(what.aov);
     wanted_.by_lobe = wanted_.by_lobe || is_by_lobe(what.aov);
     wanted_.by_group = wanted_.by_group || what.aov == Aov::light;
+    wanted_.coordinates = wanted_.coordinates || what.aov == Aov::uv;
+    wanted_.identities = wanted_.identities || is_identity(what.aov);
+    wanted_.time = wanted_.time || what.aov == Aov::time;
   }
 }
 
 void AovSums::clear() {
   for (std::size_t c = 0; c < sums_.size(); ++c)
     sums_[c] = channels_[c].merge == Merge::nearest ? static_cast<double>(image::nothing_hit_z) : 0;
+  objects_.clear();
+  materials_.clear();
+  fresh_ = true;
 }
 
 void AovSums::add(const SampleRecord& record) {
   for (const Gathered& what : aovs_) render::add(what, record, sums_.data() + what.first);
+  if (wanted_.identities) add_identities(*record.extras);
+}
+
+void AovSums::add_identities(const SampleExtras& extras) {
+  for (const Gathered& what : aovs_)
+    if (fresh_ && channels_[what.first].merge == Merge::first)
+      sums_[what.first] = static_cast<double>(number_of(what.aov, extras));
+  fresh_ = false;
+  objects_.add(static_cast<double>(extras.object.matte), 1);
+  materials_.add(static_cast<double>(extras.material.matte), 1);
+}
+
+void AovSums::take_time(double seconds) {
+  for (const Gathered& what : aovs_)
+    if (what.aov == Aov::time) sums_[what.first] = seconds;
+}
+
+void AovSums::finish() {
+  for (const Gathered& what : aovs_) {
+    if (channels_[what.first].merge != Merge::matte) continue;
+    MattePixel& seen = what.aov == Aov::crypto_object ? objects_ : materials_;
+    seen.write(std::span(sums_).subspan(what.first).first<matte_channels>());
+  }
 }
 
 float AovSums::value(std::size_t channel, std::int64_t count) const {

@@ -1,9 +1,11 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "worker/render/bsdf/lobe_shares.hpp"
+#include "worker/render/identity.hpp"
 #include "worker/render/vec.hpp"
 
 namespace tessera::render {
@@ -11,6 +13,9 @@ namespace tessera::render {
 /// What one sample saw beside the picture and what denoisers want, for jobs that ask for it.
 struct SampleExtras {
   Vec3 position;  ///< of the first hit, in the world
+  /// Its texture coordinates, and what it belongs to; 0 unless the trace wants them.
+  Vec2 uv;
+  Identity object, material;
   /// Light by how often it had scattered: never, once, more often.
   Color emission, direct, indirect;
   /// Scattered light by what the first surface did; 0 unless the trace is by_lobe.
@@ -28,12 +33,16 @@ struct SampleExtras {
   }
   void clear() {
     position = {};
+    uv = {};
+    object = material = {};
     emission = direct = indirect = {};
     by_lobe = {};
     std::fill(by_group.begin(), by_group.end(), Color{});
   }
   /// Where the sum of its light is finite too.
-  [[nodiscard]] bool finite() const { return is_finite(position); }
+  [[nodiscard]] bool finite() const {
+    return is_finite(position) && std::isfinite(uv.x) && std::isfinite(uv.y);
+  }
 };
 
 }  // namespace tessera::render

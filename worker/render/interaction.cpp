@@ -125,6 +125,8 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
 
   at.p = local.p;
   at.t = hit.t;
+  at.u = hit.u;
+  at.v = hit.v;
   at.geometry = hit.geometry;
   at.primitive = hit.primitive;
   at.instance = hit.instance;
@@ -144,6 +146,7 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
     if (dot(n, point.normal) < 0) n = -n;
     if (!(length_squared(n) > 0)) n = point.normal;
     n = keep_mirrored_outside(n, point.normal, point.wo);
+    point.rounded = true;
   }
   point.shading = Frame(n);
   if (geometry.details != 0) {
@@ -161,11 +164,45 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
   return at;
 }
 
+bool leave_rounded(const Scene& scene, const Interaction& at, Ray& ray) {
+  const Placement& placement = scene.placements[at.placement];
+  const Geometry& geometry = scene.groups[placement.group].geometries[at.geometry];
+  const accel::Triangle& face = geometry.triangles[at.primitive];
+  const Vec3& normal = at.shading.normal;
+  const Vec3 outward = dot(at.shading.wo, normal) < 0 ? -normal : normal;
+  const std::array<float, 3> weights{1 - at.u - at.v, at.u, at.v};
+  std::array<Vec3, 3> ways, normals;  // from the corners to the hit
+  Vec3 mean;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 corner = vec(geometry.positions[face[i]]);
+    const Vec3 n = decode_octahedral(geometry.normals[face[i]]);
+    ways[i] = at.p - (placement.moved ? placement.point_to_world(corner) : corner);
+    normals[i] = placement.moved ? normalize(normal_to_world(placement, n)) : n;
+    if (dot(normals[i], outward) < 0) normals[i] = -normals[i];
+    mean += normals[i] * weights[i];
+  }
+  mean = normalize(mean);
+  Vec3 over;
+  float size = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const float below = dot(ways[i], mean - normals[i]);
+    if (below > 0) over += normals[i] * (below * weights[i]);
+    size = std::max(size, max_of(absolute(ways[i])));
+  }
+  if (!(dot(over, outward) > at.error + roundings * rounding * size)) return false;
+  const Vec3 end = ray.origin + ray.direction * ray.t_max;
+  ray.origin = at.p + over + outward * at.error;
+  if (std::isinf(ray.t_max)) return true;
+  ray.t_max = length(end - ray.origin);
+  ray.direction = (end - ray.origin) / ray.t_max;
+  return ray.t_max > 0;
+}
+
 Color transmittance_through(const Scene& scene, Ray ray) {
   constexpr int surfaces_most = 4096;
   float passed = 1;
   for (int i = 0; i < surfaces_most; ++i) {
-    const accel::Hit hit = scene.intersect(ray);
+    const accel::Hit hit = scene.intersect(ray, ray_mask::shadow);
     if (!hit.any()) return gray(passed);
     const Interaction at = surface_at(scene, ray, hit);
     const CompiledMaterial& material = scene.materials[at.material];

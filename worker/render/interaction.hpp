@@ -13,6 +13,7 @@ struct Interaction {
   Vec3 p;
   ShadingPoint shading;  ///< wo, normals (outer side), footprint, details
   float t = 0;           ///< distance along the ray that came here
+  float u = 0, v = 0;    ///< the hit's, of accel
   /// A ray that leaves starts this far along the geometric normal. It is a bound of the rounding
   /// error of p and of the intersector for this very primitive, so it scales with the scene and
   /// needs no setting.
@@ -66,6 +67,12 @@ inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
 
 /// The surface at `hit`, which came from `ray`.
 Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit);
+
+/// Moves a ray that leaves below the face of a hit which is rounded, so that it starts on what the
+/// face stands for: over it by as much as the corners' tangent planes are (Hanika, "Hacking the
+/// Shadow Terminator", Ray Tracing Gems II, 2021), but for a tilt that all corners share; its end,
+/// if it has one, stays. False where nothing round stands over the face: then nothing leaves so.
+bool leave_rounded(const Scene& scene, const Interaction& at, Ray& ray);
 
 /// The part of light that passes along `ray` by surfaces that are not wholly there.
 Color transmittance_through(const Scene& scene, Ray ray);

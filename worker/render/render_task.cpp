@@ -92,6 +92,7 @@ std::int64_t render_pixel(const Plan& plan, Block& block, int x, int y, PixelSum
     sums.add(record);
     block.aovs.add(record);
   }
+  block.aovs.finish();
   return rejected;
 }
 
@@ -115,14 +116,22 @@ void render_block(const Plan& plan, const Rect& rect, image::TileImage& image, C
               .extras = {}};
   const AovSums::Wanted& wanted = block.aovs.wanted();
   block.trace.by_lobe = wanted.by_lobe;
+  block.trace.coordinates = wanted.coordinates;
+  block.trace.identities = wanted.identities;
   if (wanted.by_group) block.extras.by_group.resize(plan.scene.light_groups.size());
   const std::size_t channels = image.channels();
   const std::size_t pixels = image.pixels();
   std::int64_t rejected = 0;
+  double pixel_began = began;
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     for (int x = rect.x; x < rect.x + rect.width; ++x) {
       PixelSums sums;
       rejected += render_pixel(plan, block, x, y, sums);
+      if (wanted.time) {
+        const double now = thread_cpu_seconds();
+        block.aovs.take_time(now - pixel_began);
+        pixel_began = now;
+      }
       const auto at = static_cast<std::size_t>(y - image.window.y) *
                           static_cast<std::size_t>(image.window.width) +
                       static_cast<std::size_t>(x - image.window.x);

@@ -10,6 +10,7 @@
 #include "worker/accel/accel.hpp"
 #include "worker/accel/buffer.hpp"
 #include "worker/render/bsdf/material.hpp"
+#include "worker/render/identity.hpp"
 #include "worker/render/lights/environment_map.hpp"
 #include "worker/render/lights/light_table.hpp"
 #include "worker/render/ray.hpp"
@@ -21,11 +22,24 @@
 /// while it renders.
 namespace tessera::render {
 
+/// What a ray is there for, as a bit of its mask and of those of what it may meet
+/// (scene::Visibility).
+namespace ray_mask {
+inline constexpr accel::Mask camera = 1, shadow = 2, indirect = 4;
+}
+
 enum class GeometryKind : std::uint8_t { triangles, quads, spheres };
+
+/// Where the faces of an object begin.
+struct ObjectFaces {
+  std::uint32_t first = 0;
+  std::uint32_t object = no_id;  ///< which of Scene::object_identities
+};
 
 /// Primitives of one kind, merged. Their buffers are those that Embree reads.
 struct Geometry {
   GeometryKind kind = GeometryKind::triangles;
+  scene::Visibility visibility;  ///< where its group's placement does not hide more
   bool round = false;  ///< of each quad only the ellipse is there that touches it from within
   accel::Buffer<accel::Point> positions;
   accel::Buffer<accel::Triangle> triangles;
@@ -40,10 +54,15 @@ struct Geometry {
   std::uint8_t details = 0;
   std::array<accel::LargeVector<Vec2>, 2> uvs;  ///< sets 0 and 1; one per position, or empty
   accel::LargeVector<std::uint32_t> tangents;   ///< encode_tangent's, one per position, or empty
+  /// Set 0 where no material wants it, so that it is not among `uvs`: for the AOV alone. Or empty.
+  accel::LargeVector<Vec2> spare_uvs;
   /// Linear R, G, B, A as shares of 65535, one per position, or empty.
   accel::LargeVector<std::array<std::uint16_t, 4>> colors;
+  std::vector<ObjectFaces> objects;  ///< ascending, from face 0 on
 
   [[nodiscard]] std::size_t faces() const { return materials.size(); }
+  /// Some of its faces emit.
+  [[nodiscard]] bool emits() const { return !emitters.empty(); }
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -58,7 +77,9 @@ struct Placement {
   std::uint32_t group = 0;
   /// Emitter e of the group is light first_light + e; no_id: they are left to paths to find.
   std::uint32_t first_light = 0;
-  bool moved = false;  ///< false: the identity
+  std::uint32_t object = no_id;  ///< which object all of it is; no_id: as its geometries say
+  bool moved = false;            ///< false: the identity
+  scene::Visibility visibility;
   accel::Affine to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   std::array<float, 9> normal_to_world{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< inverse transpose, rows
   /// How much the way into the group's space and back enlarges rounding errors, ≥ 1.
@@ -83,6 +104,7 @@ struct Scene {
   std::shared_ptr<const EnvironmentMap> environment_map;  ///< the environment's picture, if any
   LightTable lights;
   std::vector<std::string> light_groups;  ///< names, by Light::group
+  std::vector<Identity> object_identities, material_identities;
   /// How far before a light's sampled point a shadow ray must end, so that the light does not hide
   /// itself: its rounding error.
   std::vector<float> light_errors;
@@ -99,6 +121,13 @@ struct Scene {
   /// True if the scene has an environment, be it black: then a ray that leaves the scene sees
   /// something.
   bool has_environment = false;
+  /// The camera sees nothing that is infinitely far.
+  bool film_transparent = false;
+  bool has_holdouts = false;
+  /// What scattered rays meet is not what hides lights from surfaces: some surface is seen by one
+  /// of the two alone, or some that emits not by both. What a scattered ray runs into then does not
+  /// say what light it brings (found_light.hpp).
+  bool lit_apart = false;
 
   /// Where a hit's geometry stands in `placements`, and the geometry.
   [[nodiscard]] std::uint32_t placement_of(const accel::Hit& hit) const {
@@ -108,10 +137,22 @@ struct Scene {
     return groups[placements[placement_of(hit)].group].geometries[hit.geometry];
   }
 
-  [[nodiscard]] accel::Hit intersect(const Ray& ray) const {
-    return accel.intersect(to_accel(ray));
+  /// The object that a hit is on.
+  [[nodiscard]] Identity object_of(const accel::Hit& hit) const;
+
+  [[nodiscard]] scene::Visibility visibility_of(std::uint32_t placement,
+                                                std::uint32_t geometry) const {
+    const Placement& placed = placements[placement];
+    return placed.visibility & groups[placed.group].geometries[geometry].visibility;
   }
-  [[nodiscard]] bool occluded(const Ray& ray) const { return accel.occluded(to_accel(ray)); }
+
+  [[nodiscard]] accel::Hit intersect(const Ray& ray, accel::Mask mask = accel::everything) const {
+    return accel.intersect(to_accel(ray), mask);
+  }
+  /// By what shadow rays meet.
+  [[nodiscard]] bool occluded(const Ray& ray) const {
+    return accel.occluded(to_accel(ray), ray_mask::shadow);
+  }
 
   static accel::Ray to_accel(const Ray& ray) {
     return {{ray.origin.x, ray.origin.y, ray.origin.z},

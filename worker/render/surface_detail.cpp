@@ -223,15 +223,27 @@ Frame SurfaceDetail::tangents_about(const Vec3& n) const {
   return Frame(s, dot(t, bitangent) < 0 ? -t : t, n);
 }
 
-Vec2 uv_at(const Geometry& geometry, const accel::Hit& hit, std::uint8_t uv_set) {
+namespace {
+Vec2 interpolated_uv(const Geometry& geometry, const accel::Hit& hit,
+                     const accel::LargeVector<Vec2>& uvs) {
   if (geometry.kind == GeometryKind::spheres) {
     return sphere_uv(normalize(Vec3{hit.ng[0], hit.ng[1], hit.ng[2]}));
   }
-  const auto& uvs = geometry.uvs[uv_set == 1 && !geometry.uvs[1].empty() ? 1 : 0];
   if (uvs.empty()) return {};
   const Corners corners = corners_of(geometry, hit);
   return uvs[corners.vertex[0]] * corners.weight[0] + uvs[corners.vertex[1]] * corners.weight[1] +
          uvs[corners.vertex[2]] * corners.weight[2];
+}
+}  // namespace
+
+Vec2 uv_at(const Geometry& geometry, const accel::Hit& hit, std::uint8_t uv_set) {
+  const std::size_t set = uv_set == 1 && !geometry.uvs[1].empty() ? 1 : 0;
+  return interpolated_uv(geometry, hit, geometry.uvs[set]);
+}
+
+Vec2 surface_uv(const Geometry& geometry, const accel::Hit& hit) {
+  const bool wanted = !geometry.uvs[0].empty();
+  return interpolated_uv(geometry, hit, wanted ? geometry.uvs[0] : geometry.spare_uvs);
 }
 
 float vertex_alpha_at(const Geometry& geometry, const accel::Hit& hit) {

@@ -70,6 +70,8 @@ SurfaceDetail detail_at(const Geometry& geometry, const Placement& placement, co
 
 /// Coordinates alone, of set 0 or 1: for what is asked while a ray is still on its way.
 Vec2 uv_at(const Geometry& geometry, const accel::Hit& hit, std::uint8_t uv_set);
+/// The same of set 0, also where no material wants it; (0, 0) where the geometry has none.
+Vec2 surface_uv(const Geometry& geometry, const accel::Hit& hit);
 /// The vertices' alpha alone; 1 where the geometry has no colours.
 float vertex_alpha_at(const Geometry& geometry, const accel::Hit& hit);
 

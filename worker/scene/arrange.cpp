@@ -83,47 +83,60 @@ void grow_by_shape(Extent& extent, const PlacedShape& placed) {
 
 }  // namespace
 
-Arrangement arrange(scene::Scene& description,
-                    std::span<const render::CompiledMaterial> materials) {
+Arrangement arrange(scene::Scene& description, std::span<const render::CompiledMaterial> materials,
+                    const scene::ObjectNames& objects) {
   const BentSpheres is_bent(materials);
   Arrangement out;
   out.groups.resize(1);
-  const auto add_to_world = [&](scene::Shape& shape, const scene::Transform& to_world) {
+  const auto add_to_world = [&](scene::Shape& shape, const scene::Transform& to_world,
+                                const scene::Visibility& visibility, std::uint32_t object) {
     if (is_bent(shape, to_world)) {
       out.groups.push_back({{&shape, scene::Transform{}}});
-      out.placed.push_back({out.groups.size() - 1, to_world});
+      out.placed.push_back({out.groups.size() - 1, to_world, visibility, object});
     } else {
-      out.groups[0].push_back({&shape, to_world});
+      out.groups[0].push_back({&shape, to_world, visibility, object});
     }
   };
-  for (scene::Shape& shape : description.shapes) add_to_world(shape, shape.to_world);
+  for (std::size_t i = 0; i < description.shapes.size(); ++i) {
+    scene::Shape& shape = description.shapes[i];
+    add_to_world(shape, shape.to_world, shape.visibility, objects.of_shape[i]);
+  }
 
-  std::vector<std::vector<const scene::Transform*>> places(description.objects.size());
-  for (const scene::Instance& instance : description.instances) {
-    places[instance.object].push_back(&instance.to_world);
+  struct Place {
+    const scene::Instance* instance;
+    std::uint32_t object;
+  };
+  std::vector<std::vector<Place>> places(description.objects.size());
+  for (std::size_t i = 0; i < description.instances.size(); ++i) {
+    const scene::Instance& instance = description.instances[i];
+    places[instance.object].push_back({&instance, objects.of_instance[i]});
   }
   for (std::size_t object = 0; object < places.size(); ++object) {
     std::vector<scene::Shape>& shapes = description.objects[object].shapes;
     if (places[object].size() == 1) {
-      for (scene::Shape& shape : shapes) add_to_world(shape, *places[object][0] * shape.to_world);
+      const auto& [only, name] = places[object][0];
+      for (scene::Shape& shape : shapes)
+        add_to_world(shape, only->to_world * shape.to_world, only->visibility & shape.visibility,
+                     name);
       continue;
     }
     if (places[object].empty()) continue;
     std::vector<PlacedShape> together;
     for (scene::Shape& shape : shapes) {
       if (!is_bent(shape, shape.to_world)) {
-        together.push_back({&shape, shape.to_world});
+        together.push_back({&shape, shape.to_world, shape.visibility});
         continue;
       }
-      out.groups.push_back({{&shape, scene::Transform{}}});
-      for (const scene::Transform* place : places[object]) {
-        out.placed.push_back({out.groups.size() - 1, *place * shape.to_world});
+      out.groups.push_back({{&shape, scene::Transform{}, shape.visibility}});
+      for (const auto& [place, name] : places[object]) {
+        out.placed.push_back(
+            {out.groups.size() - 1, place->to_world * shape.to_world, place->visibility, name});
       }
     }
     if (together.empty()) continue;
     out.groups.push_back(std::move(together));
-    for (const scene::Transform* place : places[object]) {
-      out.placed.push_back({out.groups.size() - 1, *place});
+    for (const auto& [place, name] : places[object]) {
+      out.placed.push_back({out.groups.size() - 1, place->to_world, place->visibility, name});
     }
   }
   return out;

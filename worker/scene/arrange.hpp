@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "common/scene/description.hpp"
+#include "common/scene/object_names.hpp"
 #include "worker/render/bsdf/material.hpp"
+#include "worker/render/scene.hpp"
 
 namespace tessera::worker {
 
@@ -13,6 +15,8 @@ namespace tessera::worker {
 struct PlacedShape {
   scene::Shape* shape = nullptr;
   scene::Transform to_group;
+  scene::Visibility visibility = {};     ///< within its group
+  std::uint32_t object = render::no_id;  ///< which of ObjectNames; no_id: as its group is placed
 };
 
 /// Which shapes are merged into which group, and where groups are placed. Group 0 is the world's
@@ -21,6 +25,8 @@ struct Arrangement {
   struct Placed {
     std::size_t group = 0;
     scene::Transform to_world;
+    scene::Visibility visibility = {};
+    std::uint32_t object = 0;  ///< which of ObjectNames
   };
   std::vector<std::vector<PlacedShape>> groups;
   std::vector<Placed> placed;
@@ -30,7 +36,9 @@ struct Arrangement {
 /// becomes a group. A sphere whose transform makes it an ellipsoid becomes a group of its own, as
 /// only an instance can bend it; so does one that is turned and whose material wants details, as
 /// the sphere that renders has no orientation. Objects that nothing places are left out.
-Arrangement arrange(scene::Scene& description, std::span<const render::CompiledMaterial> materials);
+/// `objects` are the description's.
+Arrangement arrange(scene::Scene& description, std::span<const render::CompiledMaterial> materials,
+                    const scene::ObjectNames& objects);
 
 /// Corners of an axis-aligned box in double.
 struct Extent {

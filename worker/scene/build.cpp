@@ -10,12 +10,15 @@
 #include <map>
 
 #include "common/base/error.hpp"
+#include "common/job/matte.hpp"
 #include "common/scene/light_groups.hpp"
+#include "common/scene/object_names.hpp"
 #include "worker/scene/affine.hpp"
 #include "worker/scene/arrange.hpp"
 #include "worker/scene/emitters.hpp"
 #include "worker/scene/merge.hpp"
 #include "worker/scene/textures.hpp"
+#include "worker/scene/visibility.hpp"
 
 namespace tessera::worker {
 namespace {
@@ -64,19 +67,20 @@ std::array<double, 3> origin_for(const Extent& extent) {
 void add_to_accel(const render::Group& group, accel::Scene& scene) {
   for (const render::Geometry& geometry : group.geometries) {
     const std::array<std::span<const accel::Point>, 1> keys{geometry.positions.span()};
+    const accel::Mask mask = mask_of(geometry.visibility);
     switch (geometry.kind) {
       case render::GeometryKind::triangles:
-        scene.add_triangles(keys, geometry.triangles.span());
+        scene.add_triangles(keys, geometry.triangles.span(), mask);
         break;
       case render::GeometryKind::quads:
         if (geometry.round) {
-          scene.add_ellipses(keys, geometry.quads.span());
+          scene.add_ellipses(keys, geometry.quads.span(), mask);
         } else {
-          scene.add_quads(keys, geometry.quads.span());
+          scene.add_quads(keys, geometry.quads.span(), mask);
         }
         break;
       case render::GeometryKind::spheres:
-        scene.add_spheres(geometry.spheres.span());
+        scene.add_spheres(geometry.spheres.span(), mask);
         break;
     }
   }
@@ -105,6 +109,21 @@ render::Placement placement_of(const scene::Transform& to_world, std::uint32_t g
     }
   }
   out.error_scale = static_cast<float>(error_growth(m, *back));
+  return out;
+}
+
+std::vector<render::Identity> identities_of(const std::vector<std::string>& names) {
+  std::vector<render::Identity> out;
+  for (const std::string& name : names)
+    out.push_back({static_cast<float>(out.size() + 1), matte_id(name)});
+  return out;
+}
+
+std::vector<render::Identity> material_identities(const scene::Scene& scene) {
+  const scene::MaterialNames materials = scene::material_names(scene);
+  const std::vector<render::Identity> named = identities_of(materials.names);
+  std::vector<render::Identity> out;
+  for (const std::uint32_t name : materials.of_material) out.push_back(named[name]);
   return out;
 }
 
@@ -152,7 +171,10 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   }
   out.cameras = std::move(from.cameras);
 
-  const Arrangement arrangement = arrange(from, out.materials);
+  const scene::ObjectNames objects = scene::object_names(from);
+  out.object_identities = identities_of(objects.names);
+  out.material_identities = material_identities(from);
+  const Arrangement arrangement = arrange(from, out.materials, objects);
   const Extent extent = extent_of(arrangement);
   out.origin = origin_for(extent);
   out.bounds = bounds_of(extent, out.origin);
@@ -177,6 +199,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
     out.placements.push_back(
         placement_of(to_world, static_cast<std::uint32_t>(placed.group),
                      add_lights(merged[placed.group], out.materials, to_world, instance, lights)));
+    out.placements.back().visibility = placed.visibility;
+    out.placements.back().object = placed.object;
   }
   if (from.environment) {
     out.has_environment = true;
@@ -194,6 +218,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   out.lights = render::LightTable(std::move(lights));
 
   for (MergedGroup& one : merged) out.groups.push_back(std::move(one.group));
+  out.film_transparent = from.film_transparent;
+  note_visibility(out);
   for (std::size_t i = 1; i < out.groups.size(); ++i) {
     out.group_accels.emplace_back(device);
     add_to_accel(out.groups[i], out.group_accels.back());
@@ -202,7 +228,8 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   add_to_accel(out.groups[0], out.accel);
   for (std::size_t i = 1; i < out.placements.size(); ++i) {
     const std::array<accel::Affine, 1> keys{out.placements[i].to_world};
-    out.accel.add_instance(out.group_accels[out.placements[i].group - 1], keys);
+    const render::Placement& placed = out.placements[i];
+    out.accel.add_instance(out.group_accels[placed.group - 1], keys, mask_of(placed.visibility));
   }
   out.accel.build(progress);
   return out;

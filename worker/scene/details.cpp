@@ -55,6 +55,12 @@ std::uint8_t details_of(const scene::Shape& shape, std::uint8_t wanted) {
   return out;
 }
 
+bool has_coordinates(const scene::Shape& shape) {
+  const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
+  if (mesh != nullptr) return !mesh->uvs.empty();
+  return !std::holds_alternative<scene::Sphere>(shape.geometry);
+}
+
 bool has_vertex_tangents(const scene::Shape& shape, std::uint8_t details) {
   const auto* mesh = std::get_if<scene::Mesh>(&shape.geometry);
   if (mesh == nullptr || (details & flag::tangent) == 0) return false;
@@ -79,13 +85,14 @@ void make_room(render::Geometry& geometry, std::uint8_t details, bool with_tange
 
 void add_mesh_details(const scene::Mesh& mesh, std::uint32_t first,
                       const scene::Transform& to_group, render::Geometry& geometry) {
-  const auto copy_uvs = [&](std::size_t set, const std::vector<std::array<float, 2>>& uvs) {
-    if (geometry.uvs[set].empty()) return;
-    for (std::size_t i = 0; i < uvs.size(); ++i)
-      geometry.uvs[set][first + i] = {uvs[i][0], uvs[i][1]};
+  const auto copy_uvs = [&](const std::vector<std::array<float, 2>>& uvs,
+                            accel::LargeVector<render::Vec2>& to) {
+    if (to.empty()) return;
+    for (std::size_t i = 0; i < uvs.size(); ++i) to[first + i] = {uvs[i][0], uvs[i][1]};
   };
-  copy_uvs(0, mesh.uvs);
-  copy_uvs(1, mesh.uvs1);
+  copy_uvs(mesh.uvs, geometry.uvs[0]);
+  copy_uvs(mesh.uvs1, geometry.uvs[1]);
+  copy_uvs(mesh.uvs, geometry.spare_uvs);
   if (!geometry.tangents.empty()) add_tangents(mesh, first, to_group, geometry);
   if (geometry.colors.empty()) return;
   for (std::size_t i = 0; i < mesh.colors.size(); ++i) {

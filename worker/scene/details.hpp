@@ -14,6 +14,9 @@ namespace tessera::worker {
 /// of their own.
 std::uint8_t details_of(const scene::Shape& shape, std::uint8_t wanted);
 
+/// True if it has texture coordinates of set 0 for its vertices.
+bool has_coordinates(const scene::Shape& shape);
+
 /// Room for `vertices` in what `details` names; tangents only if `with_tangents`.
 void make_room(render::Geometry& geometry, std::uint8_t details, bool with_tangents,
                std::size_t vertices);

@@ -38,7 +38,9 @@ struct Bin {
   bool round = false;
   bool emits = false;
   bool tangents = false;
+  bool coordinates = false;  ///< some of its shapes have texture coordinates of set 0
   std::uint8_t details = 0;
+  scene::Visibility visibility;
   Size size;
   std::vector<const PlacedShape*> shapes;
 };
@@ -65,15 +67,18 @@ std::vector<Bin> sort_into_bins(std::span<const PlacedShape> shapes,
     const Size size = size_of(*placed.shape);
     if (size.faces == 0) continue;
     Bin wanted = bin_for(*placed.shape, materials);
+    wanted.visibility = placed.visibility;
     Bin* found = nullptr;
     for (Bin& bin : bins) {
       const bool alike = bin.kind == wanted.kind && bin.smooth == wanted.smooth &&
                          bin.round == wanted.round && bin.emits == wanted.emits &&
-                         bin.details == wanted.details && bin.tangents == wanted.tangents;
+                         bin.details == wanted.details && bin.tangents == wanted.tangents &&
+                         bin.visibility == wanted.visibility;
       if (alike && bin.size.vertices + size.vertices <= vertices_most) found = &bin;
     }
     if (found == nullptr) found = &bins.emplace_back(std::move(wanted));
     found->shapes.push_back(&placed);
+    found->coordinates = found->coordinates || has_coordinates(*placed.shape);
     found->size.faces += size.faces;
     found->size.vertices += size.vertices;
   }
@@ -90,6 +95,7 @@ class Filler {
   Filler(const Bin& bin, const std::array<double, 3>& origin) : origin_(origin) {
     geometry_.kind = bin.kind;
     geometry_.round = bin.round;
+    geometry_.visibility = bin.visibility;
     geometry_.materials.resize(bin.size.faces);
     geometry_.positions = accel::Buffer<accel::Point>(bin.size.vertices);
     if (bin.kind == GeometryKind::triangles) {
@@ -101,6 +107,7 @@ class Filler {
       geometry_.spheres = accel::Buffer<accel::Sphere>(bin.size.faces);
     }
     make_room(geometry_, bin.details, bin.tangents, bin.size.vertices);
+    if (bin.coordinates && geometry_.uvs[0].empty()) geometry_.spare_uvs.resize(bin.size.vertices);
     for (const PlacedShape* placed : bin.shapes) add(*placed);
   }
 
@@ -108,6 +115,9 @@ class Filler {
 
  private:
   void add(const PlacedShape& placed) {
+    auto& objects = geometry_.objects;
+    if (objects.empty() || objects.back().object != placed.object)
+      objects.push_back({static_cast<std::uint32_t>(face_), placed.object});
     material_ = static_cast<std::uint16_t>(placed.shape->material);
     to_group_ = relative_to(placed.to_group, origin_);
     mirrored_ = determinant(linear(to_group_)) < 0;
@@ -139,8 +149,9 @@ class Filler {
   void add_quad(const Vec3d& corner, const Vec3d& u, const Vec3d& v, const FaceUvs& uvs) {
     const std::uint32_t a = add_point(corner), b = add_point(corner + u),
                         c = add_point(corner + u + v), d = add_point(corner + v);
-    if (!geometry_.uvs[0].empty()) {
-      for (std::uint32_t i = 0; i < 4; ++i) geometry_.uvs[0][a + i] = uvs[i];
+    auto& kept = geometry_.uvs[0].empty() ? geometry_.spare_uvs : geometry_.uvs[0];
+    if (!kept.empty()) {
+      for (std::uint32_t i = 0; i < 4; ++i) kept[a + i] = uvs[i];
     }
     // What mirrors turns corners around; the outer side stays the outer side.
     geometry_.quads[face_] = mirrored_ ? accel::Quad{a, d, c, b} : accel::Quad{a, b, c, d};

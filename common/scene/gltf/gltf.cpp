@@ -26,6 +26,7 @@ namespace {
 
 constexpr int film_height = 540;
 constexpr double film_aspect = 16.0 / 9.0;
+constexpr std::size_t name_most = 120;  ///< bytes of an object's name
 
 std::vector<std::string> variants_of(const Asset& asset) {
   std::vector<std::string> out;
@@ -43,6 +44,12 @@ std::vector<std::string> animations_of(const Asset& asset) {
                                          : excerpt(animation.name, 120));
   return out;
 }
+
+/// Where a node shows its mesh, in the world.
+struct Place {
+  Transform to_world;
+  int node = 0;
+};
 
 /// Puts a file's parts together into a scene.
 class Assembler {
@@ -63,7 +70,7 @@ class Assembler {
     scene_.render.width = static_cast<int>(std::lround(film_height * aspect));
     find_places(nodes);
     for (std::size_t mesh = 0; mesh < places_.size(); ++mesh)
-      if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh]);
+      if (!places_[mesh].empty()) add_mesh(mesh, {}, places_[mesh], places_[mesh].front().node);
     materials_.move_into(scene_);
     warn_of_the_rest();
     if (options_.whole) fill_in(aspect);
@@ -110,9 +117,9 @@ class Assembler {
       const tinygltf::Node& node = asset_.model.nodes[static_cast<std::size_t>(placed.node)];
       if (node.mesh < 0) continue;
       const Pose pose = pose_of(asset_, accessors_, placed.node, worlds);
-      std::vector<Transform> places = places_of(placed);
+      std::vector<Place> places = places_of(placed);
       if (is_bent(pose))
-        add_mesh(static_cast<std::size_t>(node.mesh), pose, places);
+        add_mesh(static_cast<std::size_t>(node.mesh), pose, places, placed.node);
       else
         append(places_[static_cast<std::size_t>(node.mesh)], std::move(places));
     }
@@ -123,16 +130,15 @@ class Assembler {
                                                [](double weight) { return weight != 0; });
   }
 
-  static void append(std::vector<Transform>& to, std::vector<Transform> more) {
+  static void append(std::vector<Place>& to, std::vector<Place> more) {
     if (to.empty())
       to = std::move(more);
     else
       to.insert(to.end(), more.begin(), more.end());
   }
 
-  /// Of a node's mesh, in the world.
-  std::vector<Transform> places_of(const PlacedNode& placed) {
-    std::vector<Transform> out;
+  std::vector<Place> places_of(const PlacedNode& placed) {
+    std::vector<Place> out;
     for (const Transform& copy : copies_of(asset_, accessors_, placed.node)) {
       const Transform to_world = placed.to_world * copy;
       if (is_singular(to_world)) {
@@ -144,15 +150,23 @@ class Assembler {
         throw Error(ErrorKind::too_large,
                     fmt::format("more than {} meshes are placed", limits::gltf_instances),
                     {.file = asset_.name, .key = fmt::format("/nodes/{}", placed.node)});
-      out.push_back(to_world);
+      out.push_back({to_world, placed.node});
     }
     return out;
   }
 
-  void add_mesh(std::size_t number, const Pose& pose, const std::vector<Transform>& places) {
+  /// A node's, which is what people see in their programs, or its mesh's.
+  [[nodiscard]] std::string name_of(int node, const std::string& mesh) const {
+    const std::string& own = asset_.model.nodes[static_cast<std::size_t>(node)].name;
+    return own.empty() ? mesh : excerpt(own, name_most);
+  }
+
+  /// `node`: the first that shows it.
+  void add_mesh(std::size_t number, const Pose& pose, const std::vector<Place>& places, int node) {
     const tinygltf::Mesh& mesh = asset_.model.meshes[number];
-    const std::string name =
-        mesh.name.empty() ? fmt::format("mesh {}", number) : excerpt(mesh.name, 120);
+    const std::string mesh_name =
+        mesh.name.empty() ? fmt::format("mesh {}", number) : excerpt(mesh.name, name_most);
+    const std::string name = places.size() > 1 ? mesh_name : name_of(node, mesh_name);
     std::vector<Shape> shapes;
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
       const tinygltf::Primitive& primitive = mesh.primitives[i];
@@ -166,23 +180,24 @@ class Assembler {
                   .to_world = {}};
       (made->in_world ? scene_.shapes : shapes).push_back(std::move(shape));
     }
-    place(name, std::move(shapes), places);
+    place(mesh_name, std::move(shapes), places);
   }
 
-  void place(const std::string& name, std::vector<Shape> shapes,
-             const std::vector<Transform>& places) {
+  void place(const std::string& mesh_name, std::vector<Shape> shapes,
+             const std::vector<Place>& places) {
     if (shapes.empty() || places.empty()) return;
     if (places.size() == 1) {
       for (Shape& shape : shapes) {
-        shape.to_world = places[0];
+        shape.to_world = places[0].to_world;
         scene_.shapes.push_back(std::move(shape));
       }
       return;
     }
     const auto object = static_cast<std::uint32_t>(scene_.objects.size());
-    scene_.objects.push_back({.name = name, .shapes = std::move(shapes)});
-    for (const Transform& to_world : places)
-      scene_.instances.push_back({.object = object, .to_world = to_world});
+    scene_.objects.push_back({.name = mesh_name, .shapes = std::move(shapes)});
+    for (const Place& at : places)
+      scene_.instances.push_back(
+          {.object = object, .to_world = at.to_world, .name = name_of(at.node, {})});
   }
 
   /// Of data of vertices that no picture shows.
@@ -225,9 +240,9 @@ class Assembler {
   Options options_;
   Accessors accessors_;
   Materials materials_;
-  std::vector<std::vector<Transform>> places_;  ///< by mesh; of those that are not bent
-  std::size_t count_ = 0;                       ///< of places
-  int variant_ = -1;                            ///< that is shown; −1: the default
+  std::vector<std::vector<Place>> places_;  ///< by mesh; of those that are not bent
+  std::size_t count_ = 0;                   ///< of places
+  int variant_ = -1;                        ///< that is shown; −1: the default
   Scene scene_;
   LoadedScene out_;
 };

@@ -3,16 +3,22 @@ import bpy
 
 import studio
 
-HALF_TURN, QUARTER = 3.141592653589793, 1.5707963267948966
+QUARTER = 1.5707963267948966
+LAMP = 0.5  # the side of the room's lamp
 
 
 def shell(white, left, right):
-    """Five walls of a box of side 2 about the origin, open towards the camera at -y."""
-    for place, turn, surface in (((0, 0, -1), (0, 0, 0), white), ((0, 0, 1), (HALF_TURN, 0, 0), white),
-                                 ((0, 1, 0), (QUARTER, 0, 0), white), ((-1, 0, 0), (0, QUARTER, 0), left),
-                                 ((1, 0, 0), (0, -QUARTER, 0), right)):
+    """Five walls of a box of side 2 about the origin, open towards the camera at -y; in the middle of the ceiling a square of LAMP is left."""
+    for place, turn, surface in (((0, 0, -1), (0, 0, 0), white), ((0, 1, 0), (QUARTER, 0, 0), white),
+                                 ((-1, 0, 0), (0, QUARTER, 0), left), ((1, 0, 0), (0, -QUARTER, 0), right)):
         bpy.ops.mesh.primitive_plane_add(size=2, location=place, rotation=turn)
         studio.last_made(surface)
+    inner = LAMP / 2
+    rings = [[(-side, -side, 1), (side, -side, 1), (side, side, 1), (-side, side, 1)] for side in (1, inner)]
+    mesh = bpy.data.meshes.new("ceiling")
+    mesh.from_pydata(rings[0] + rings[1], [], [[(i + 1) % 4, i, 4 + i, 4 + (i + 1) % 4] for i in range(4)])
+    mesh.materials.append(white)
+    bpy.context.collection.objects.link(bpy.data.objects.new("ceiling", mesh))
 
 
 def box(surface, low, high, turn=0.0):
@@ -32,7 +38,7 @@ def cornell_room():
     studio.empty_file()
     white = studio.matte("white", (0.73, 0.73, 0.73))
     shell(white, studio.matte("red", (0.55, 0.06, 0.05)), studio.matte("green", (0.1, 0.42, 0.09)))
-    studio.add_panel((0, 0, 0.998), (0, 0, 0), 0.5, 18, (1.0, 0.8, 0.5))
+    studio.add_panel((0, 0, 1), (0, 0, 0), LAMP, 18, (1.0, 0.8, 0.5))
     studio.add_camera((0, -3.6, 0), (0, 0, 0), fov=32)
     return white
 

@@ -120,6 +120,7 @@ TEST(JobOptions, what_is_given_wins) {
   options.seed = 77;
   options.aovs = {"P", "light_default"};
   options.aovs_follow_specular = true;
+  options.aov_samples = 64;
   options.tile = 23;
   options.pass = 12;
   options.priority = -3;
@@ -144,6 +145,7 @@ TEST(JobOptions, what_is_given_wins) {
   EXPECT_EQ(spec.render.seed, 77U);
   EXPECT_EQ(spec.render.aovs, (std::vector<std::string>{"P", "light_default"}));
   EXPECT_TRUE(spec.render.aovs_follow_specular);
+  EXPECT_EQ(spec.aov_samples, 64);
   EXPECT_EQ(spec.tile, 23);
   EXPECT_EQ(spec.pass, 12);
   EXPECT_EQ(spec.priority, -3);
@@ -189,6 +191,21 @@ TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
   expect_refused([](JobOptions& o) { o.aovs = {"light_key"}; }, "--aovs",
                  "expected one of: light_default");
   expect_refused([](JobOptions& o) { o.priority = 101; }, "--priority", "found 101");
+}
+
+TEST(JobOptions, a_job_with_cryptomattes_carries_the_names_for_their_manifests) {
+  scene::Scene scene = scene_of();
+  scene.materials.resize(1);
+  scene.materials[0].name = "wood";
+  scene.shapes.resize(2);
+  scene.shapes[0].name = scene.shapes[1].name = "chair";
+  JobOptions options;
+  EXPECT_TRUE(job_from(scene, options, Digest{}).cryptomatte.empty());
+  options.aovs = {"CryptoObject"};
+  EXPECT_EQ(job_from(scene, options, Digest{}).cryptomatte,
+            (MatteNames{.objects = {"chair"}, .materials = {"wood"}}));
+  scene.shapes[1].name = std::string(200'000, 'x');
+  EXPECT_TRUE(job_from(scene, options, Digest{}).cryptomatte.empty());
 }
 
 TEST(Size, is_read_whole_or_not_at_all) {

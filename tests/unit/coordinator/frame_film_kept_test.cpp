@@ -64,7 +64,7 @@ class KeptFilm : public testing::Test {
 TEST_F(KeptFilm, DroppedTileIsReadBackFromAllItsResultsAndGoesOn) {
   fold_in(0, 0);
   fold_in(0, 1);
-  EXPECT_EQ(film.memory(), film_bytes(64));
+  EXPECT_EQ(film.memory(), film_bytes(64, *image::default_layout()));
   const std::uint64_t version = film.version();
   film.drop();
   EXPECT_EQ(film.memory(), 0U);
@@ -74,7 +74,7 @@ TEST_F(KeptFilm, DroppedTileIsReadBackFromAllItsResultsAndGoesOn) {
   EXPECT_EQ(film.version(), version);
   fold_in(0, 2);
   EXPECT_EQ(film.passes(0), 3U);
-  EXPECT_EQ(film.memory(), film_bytes(64));
+  EXPECT_EQ(film.memory(), film_bytes(64, *image::default_layout()));
   expect_straight(0, 3);
 }
 
@@ -101,7 +101,7 @@ TEST_F(KeptFilm, TileThatIsBeingFoldedIntoStays) {
   const auto work = film.next(0);
   ASSERT_TRUE(work && work->own);
   film.drop();
-  EXPECT_EQ(film.memory(), film_bytes(64));
+  EXPECT_EQ(film.memory(), film_bytes(64, *image::default_layout()));
   film.done(*work, fold_of(*work, 0));
   fold_in(1, 1);  // brings the other back
   expect_straight(0, 2);
@@ -166,8 +166,9 @@ TEST(FilmTileBytes, GiveEveryBitBack) {
     for (std::uint32_t pass = 0; pass < passes; ++pass)
       fold(tile, synthetic_tile(*plan, {1, 1, pass}));
     const auto bytes = bytes_of(tile);
-    EXPECT_LT(bytes.size(), film_bytes(64) + 128) << "and are no more than the sums";
-    const FilmTile back = film_tile_from(bytes, tile.window);
+    EXPECT_LT(bytes.size(), film_bytes(64, *image::default_layout()) + 128)
+        << "and are no more than the sums";
+    const FilmTile back = film_tile_from(bytes, tile.window, image::default_layout());
     EXPECT_EQ(back.sums, tile.sums);
     EXPECT_EQ(back.samples, tile.samples);
     EXPECT_EQ(back.passes, passes);
@@ -178,11 +179,13 @@ TEST(FilmTileBytes, ThatAreNotTheTileAreRefused) {
   const auto plan = plan_of(64);
   const FilmTile tile = empty_film_tile(plan->grid.tile(0));
   auto bytes = bytes_of(tile);
-  EXPECT_THROW(film_tile_from(bytes, plan->grid.tile(1)), Error);
+  EXPECT_THROW(film_tile_from(bytes, plan->grid.tile(1), image::default_layout()), Error);
   for (const std::size_t size : {std::size_t{0}, std::size_t{3}, bytes.size() - 1})
-    EXPECT_THROW(film_tile_from(std::span(bytes).first(size), tile.window), Error) << size;
+    EXPECT_THROW(film_tile_from(std::span(bytes).first(size), tile.window, image::default_layout()),
+                 Error)
+        << size;
   bytes.push_back({});
-  EXPECT_THROW(film_tile_from(bytes, tile.window), Error);
+  EXPECT_THROW(film_tile_from(bytes, tile.window, image::default_layout()), Error);
 }
 
 }  // namespace

@@ -274,7 +274,7 @@ TEST(Fold, takes_the_channels_of_a_jobs_layout_and_no_others) {
   const FilmTile back = film_tile_from(bytes_of(film), window, layout);
   EXPECT_EQ(back.sums, film.sums);
   EXPECT_EQ(*back.layout, *layout);
-  EXPECT_THROW(film_tile_from(bytes_of(film), window), Error);
+  EXPECT_THROW(film_tile_from(bytes_of(film), window, image::default_layout()), Error);
 }
 
 TEST(EmptyFilmTile, resolves_to_black_transparent_and_nothing_hit) {

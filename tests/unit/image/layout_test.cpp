@@ -67,5 +67,38 @@ TEST(Layout, of_a_frame_names_the_channels_of_its_picture) {
   EXPECT_THAT(back.plane("P.Y"), ElementsAre(0.5F, 0.5F));
 }
 
+TEST(Layout, of_a_cryptomatte_shows_six_ranks_of_what_a_film_keeps) {
+  FrameImage frame{.width = 1,
+                   .height = 1,
+                   .values = {},
+                   .samples = {1},
+                   .layout = layout_of(Names{"CryptoObject"})};
+  frame.values.resize(frame.layout->size());
+  for (std::size_t i = 0; i < frame.values.size(); ++i) frame.values[i] = static_cast<float>(i);
+  ASSERT_EQ(frame.layout->size(), 7U + 33U);
+  JobSpec job;
+  job.render.aovs = {"CryptoObject"};
+  job.cryptomatte.objects = {"bunny", "default"};
+  const ExrImage back = read_exr(encode_exr(frame, metadata_of(job, 1)));
+  EXPECT_EQ(back.channels.size(), 4U + 3U + 1U + 12U + 1U);
+  EXPECT_THAT(back.plane("CryptoObject00.R"), ElementsAre(7.0F));
+  EXPECT_THAT(back.plane("CryptoObject02.A"), ElementsAre(18.0F));
+  EXPECT_FALSE(back.has("CryptoObject03.R"));
+  EXPECT_THAT(back.plane("evicted.CryptoObject"), ElementsAre(39.0F));
+  EXPECT_EQ(back.metadata.text("cryptomatte/3ae39a5/name"), "CryptoObject");
+  EXPECT_EQ(back.metadata.text("cryptomatte/3ae39a5/manifest"),
+            R"({"bunny":"13851a76","default":"42c9679f"})");
+}
+
+TEST(Layout, refuses_a_matte_that_weighs_less_than_nothing) {
+  TileImage tile = tile_with({"CryptoMaterial"});
+  TileExpectation expected = expectation_of(tile);
+  expected.layout = tile.layout;
+  tile.plane(7)[2] = -3;  // an id may be negative
+  EXPECT_NO_THROW(decode_tile(encode_tile(tile), expected));
+  tile.plane(8)[2] = -3;
+  EXPECT_THROW(decode_tile(encode_tile(tile), expected), Error);
+}
+
 }  // namespace
 }  // namespace tessera::image

@@ -53,6 +53,26 @@ TEST(Aovs, of_light_groups_are_named_by_them) {
   EXPECT_FALSE(is_light_group(""));
 }
 
+TEST(Aovs, add_channels_to_a_job_unless_every_picture_has_them) {
+  const auto channels = [](const char* name) {
+    std::vector<std::string> out;
+    for (const AovChannel& channel : channels_of(aov_uses(Names{name}).front()))
+      out.push_back(channel.name);
+    return out;
+  };
+  EXPECT_THAT(channels("UV"), ElementsAre("UV.U", "UV.V"));
+  EXPECT_THAT(channels("object_id"), ElementsAre("object_id"));
+  EXPECT_THAT(channels("variance"), ElementsAre());
+  EXPECT_THAT(channels("samples"), ElementsAre());
+  const std::vector<std::string> matte = channels("CryptoMaterial");
+  ASSERT_EQ(matte.size(), 33U);
+  EXPECT_THAT(std::vector(matte.begin(), matte.begin() + 5),
+              ElementsAre("CryptoMaterial00.R", "CryptoMaterial00.G", "CryptoMaterial00.B",
+                          "CryptoMaterial00.A", "CryptoMaterial01.R"));
+  EXPECT_EQ(matte[31], "CryptoMaterial07.A");
+  EXPECT_EQ(matte[32], "evicted.CryptoMaterial");
+}
+
 TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
   EXPECT_THAT(refusal([] {
                 (void)used({"Z", "albdo"});

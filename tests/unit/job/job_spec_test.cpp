@@ -311,6 +311,7 @@ TEST(PlanDigest, covers_all_that_decides_a_task_and_neither_name_nor_priority) {
   };
   EXPECT_EQ(changed([](JobSpec& spec) { spec.name = "other"; }), digest);
   EXPECT_EQ(changed([](JobSpec& spec) { spec.priority = 5; }), digest);
+  EXPECT_EQ(changed([](JobSpec& spec) { spec.cryptomatte.objects = {"floor"}; }), digest);
   EXPECT_NE(changed([](JobSpec& spec) { spec.render.seed = 1; }), digest);
   EXPECT_NE(changed([](JobSpec& spec) { spec.render.samples = 65; }), digest);
   EXPECT_NE(changed([](JobSpec& spec) { spec.render.filter_width = 1; }), digest);

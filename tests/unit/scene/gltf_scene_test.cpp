@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "common/scene/object_names.hpp"
 #include "tests/unit/scene/gltf_file.hpp"
 
 namespace tessera::scene {
@@ -53,6 +54,19 @@ TEST(GltfScene, a_mesh_of_several_nodes_is_kept_once) {
   ASSERT_EQ(loaded.scene.instances.size(), 2U);
   EXPECT_EQ(loaded.scene.objects[0].shapes.size(), 1U);
   expect_near(times(loaded.scene.instances[1].to_world, {0, 0, 0}), {5, 0, 0});
+}
+
+TEST(GltfScene, objects_have_the_names_of_their_nodes) {
+  GltfFile file;
+  file.with_triangle();
+  file.json["meshes"][0]["name"] = "leaf";
+  file.json["nodes"][0]["name"] = "branch";
+  EXPECT_EQ(object_names(file.load().scene).names, (std::vector<std::string>{"branch"}));
+  file.node({{"mesh", 0}, {"name", "twig"}});
+  file.node({{"mesh", 0}});
+  const ObjectNames names = object_names(file.load().scene);
+  EXPECT_EQ(names.names, (std::vector<std::string>{"branch", "twig", "leaf"}));
+  EXPECT_EQ(names.of_instance, (std::vector<std::uint32_t>{0, 1, 2}));
 }
 
 TEST(GltfScene, copies_of_a_node_stand_where_its_accessors_say) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/names.hpp"
+#include "common/scene/object_names.hpp"
 #include "tests/unit/scene/support.hpp"
 
 namespace tessera::scene {
@@ -157,13 +158,14 @@ TEST(Scene, instances_name_their_object) {
   const Scene scene = parse(scene_with(R"("materials": {"a": {"type": "diffuse"}}, "objects": {
     "one": {"shapes": [{"type": "sphere", "material": "a"}]},
     "two": {"shapes": [{"type": "sphere", "material": "a"}, {"type": "sphere", "material": "a", "radius": 2}]}},
-    "instances": [{"object": "two", "transform": [{"translate": [1, 2, 3]}]}, {"object": "one"}],)"));
+    "instances": [{"object": "two", "name": "tall", "transform": [{"translate": [1, 2, 3]}]}, {"object": "one"}],)"));
   ASSERT_EQ(scene.objects.size(), 2U);
   EXPECT_EQ(scene.objects[1].shapes.size(), 2U);
   ASSERT_EQ(scene.instances.size(), 2U);
   EXPECT_EQ(scene.instances[0].object, 1U);
   EXPECT_EQ(scene.instances[0].to_world.m[7], 2);
   EXPECT_EQ(scene.instances[1].object, 0U);
+  EXPECT_EQ(object_names(scene).names, (std::vector<std::string>{"tall", "one"}));
 }
 
 TEST(Scene, a_lens_and_a_film_give_the_measured_field_of_view) {

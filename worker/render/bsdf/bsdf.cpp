@@ -82,15 +82,14 @@ struct Pair {
   const Vec3& world_wo;
   const Vec3& world_wi;
   Vec3 wo, wi;
-  /// By the geometric normal they are on different sides.
-  bool across;
+  bool across;  ///< they are on different sides of the surface
 
   Pair(const Closure& closure, const Vec3& out, const Vec3& in)
       : world_wo(out),
         world_wi(in),
         wo(closure.shading.to_local(out)),
         wi(closure.shading.to_local(in)),
-        across(dot(out, closure.normal) * dot(in, closure.normal) <= 0) {}
+        across(!on_one_side(closure, out, in)) {}
   /// What a bent normal calls reflection must not pass through the true surface, nor the other way
   /// round (Veach 1997, section 5.3).
   [[nodiscard]] bool agrees() const { return across == (wo.z * wi.z <= 0); }
@@ -186,8 +185,7 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
                     .specular = !is_smooth(lobe),
                     .transmission = drawn.transmission,
                     .eta = drawn.eta};
-  const bool across = dot(wo, closure.normal) * dot(result.wi, closure.normal) <= 0;
-  if (across != drawn.transmission) {
+  if (on_one_side(closure, wo, result.wi) == drawn.transmission) {
     return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
   }
   if (closure.count > 1) {
@@ -209,8 +207,7 @@ Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
   if (closure.count == 1 && first.kind == LobeKind::diffuse && first.frame == 0) {
     // Most surfaces by far: without the loops.
     const float cos_o = dot(wo, closure.shading.n), cos_i = dot(wi, closure.shading.n);
-    const bool above = cos_o * cos_i > 0 && dot(wo, closure.normal) * dot(wi, closure.normal) > 0;
-    if (!above) return {};
+    if (!(cos_o * cos_i > 0) || !on_one_side(closure, wo, wi)) return {};
     const float density = inv_pi * std::abs(cos_i);
     return {.value = first.weight * density, .pdf = density};
   }

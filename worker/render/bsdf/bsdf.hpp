@@ -96,6 +96,8 @@ struct Closure {
   int count = 0;
   std::uint8_t flags = 0;        ///< union of the lobes' flags
   bool has_smooth = false;       ///< some lobe is not a delta: direct light is worth sampling
+  bool rounded = false;          ///< light may come from below the face, if above `round_normal`
+  Vec3 round_normal;             ///< of what the face stands for; unit, outer side
   std::uint8_t frame_count = 0;  ///< of `frames`
 
   void clear() {
@@ -104,6 +106,7 @@ struct Closure {
     count = 0;
     flags = 0;
     has_smooth = false;
+    rounded = false;
     frame_count = 0;
   }
   /// A frame for Lobe::frame.
@@ -157,6 +160,13 @@ struct BsdfSample {
 
 /// u_lobe chooses the lobe (and within a dielectric, reflection or refraction); u the direction.
 BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u);
+/// True if wo and wi are on one side of the surface: of the face, or, where that stands for
+/// something round which only reflects, of the plane that touches what it stands for.
+inline bool on_one_side(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  const float out = dot(wo, closure.normal);
+  return out * dot(wi, closure.normal) > 0 ||
+         (closure.rounded && out * dot(wi, closure.round_normal) > 0);
+}
 /// What light from a given direction comes to.
 struct Scattering {
   Color value;    ///< f·|cos θi|, summed over the lobes that are not deltas

@@ -25,7 +25,7 @@ Closure diffuse_part(const Closure& closure) {
 }  // namespace
 
 LobeShares lobe_shares(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  if (dot(wo, closure.normal) * dot(wi, closure.normal) <= 0)
+  if (!on_one_side(closure, wo, wi))
     return {.diffuse = {}, .specular = {}, .transmission = gray(1)};
   const Closure part = diffuse_part(closure);
   if (part.count == closure.count) return {.diffuse = gray(1), .specular = {}, .transmission = {}};

@@ -255,6 +255,10 @@ void evaluate(const CompiledMaterial& material, const TextureTable& textures,
         break;
     }
   }
+  if (!point.rounded) return;
+  // Light samples look to one side alone, of one normal.
+  out.rounded = (out.flags & lobe_flag::transmission) == 0 && out.frame_count == 0;
+  out.round_normal = point.shading.n;
 }
 
 }  // namespace tessera::render

@@ -139,7 +139,9 @@ PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_
       vertex_colors(uses_vertex_colors) {
   if (source.clearcoat_normal) coat_normal.emplace(*source.clearcoat_normal);
   if (source.anisotropy_direction) anisotropy_direction = compile(*source.anisotropy_direction);
-  energy::prepare_reflection(roughness_of(roughness.factor, anisotropy.factor));
+  matte = !unlit && !(coat.factor > 0) && !(metallic.factor > 0) && !(transmission.factor > 0) &&
+          !(specular.factor > 0);
+  if (!matte) energy::prepare_reflection(roughness_of(roughness.factor, anisotropy.factor));
   if (!thin_walled && source.transmission.factor > 0) energy::prepare_interface(ior);
 }
 
@@ -194,6 +196,23 @@ Color PrincipledSurface::tinted_base(const Source& source) const {
   return unit(base);
 }
 
+PrincipledSurface::Brushing PrincipledSurface::brushing_at(const Source& source) const {
+  Brushing out;
+  if (!(anisotropy.factor > 0)) return out;
+  out.strength = anisotropy.at(source);
+  out.direction = direction_of(rotation);
+  if (anisotropy_direction) {
+    const Texel texel = source.textures.lookup(*anisotropy_direction, source.point.detail);
+    const Vec2 drawn{2 * texel[0] - 1, 2 * texel[1] - 1}, turn = out.direction;
+    out.direction = {drawn.x * turn.x - drawn.y * turn.y, drawn.x * turn.y + drawn.y * turn.x};
+    if (!(out.direction.x * out.direction.x + out.direction.y * out.direction.y > 0))
+      out.direction = {1, 0};
+    out.strength *= texel[2];
+  }
+  out.strength = unit(out.strength);
+  return out;
+}
+
 Color PrincipledSurface::emitted(const Source& source) const {
   return unlit ? tinted_base(source) : emission.at(source) * coat_at(source).below();
 }
@@ -204,21 +223,17 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
     out.emission += base;
     return;
   }
+  if (matte) {
+    out.emission += emission.at(source);
+    out.add({.kind = LobeKind::diffuse, .weight = base});
+    return;
+  }
   const float below = add_coat(coat_at(source), out);
   out.emission += emission.at(source) * below;
   const float metal = unit(metallic.at(source)), passing = unit(transmission.at(source));
   const float strength = unit(specular.at(source));
-  float brushed = anisotropy.at(source);
-  Vec2 direction = direction_of(rotation);
-  if (anisotropy_direction) {
-    const Texel texel = source.textures.lookup(*anisotropy_direction, source.point.detail);
-    const Vec2 drawn{2 * texel[0] - 1, 2 * texel[1] - 1};
-    direction = {drawn.x * direction.x - drawn.y * direction.y,
-                 drawn.x * direction.y + drawn.y * direction.x};
-    brushed *= texel[2];
-    if (!(direction.x * direction.x + direction.y * direction.y > 0)) direction = {1, 0};
-  }
-  const ggx::Roughness rough = roughness_of(unit(roughness.at(source)), unit(brushed));
+  const Brushing brushing = brushing_at(source);
+  const ggx::Roughness rough = roughness_of(unit(roughness.at(source)), brushing.strength);
   const Color tint = specular_color.at(source);
   const Color normal = unit(tint * normal_reflectance(ior)) * strength;
   const Reflectance dielectric = schlick_reflectance(normal, gray(strength));
@@ -226,17 +241,25 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
   // What has a volume behind it reflects by its interface's own lobe.
   const float interface = thin_walled ? 0 : passing * (1 - metal) * below;
   const float layered = (1 - metal) * below - interface;
-  const Layer layer(source, out.shading, rough, direction);
-  const microfacet::Parameters of_dielectric = layer.with(dielectric);
-  const Color reflected = microfacet::albedo(of_dielectric);
-  Lobe specular_lobe = scaled(microfacet::lobe_of(of_dielectric), gray(layered));
-  Color specular_albedo = reflected * layered;
+  const Layer layer(source, out.shading, rough, brushing.direction);
+  Lobe specular_lobe;
+  Color specular_albedo, reflected;
+  if (layered > 0) {
+    const microfacet::Parameters of_dielectric = layer.with(dielectric);
+    reflected = microfacet::albedo(of_dielectric);
+    specular_lobe = scaled(microfacet::lobe_of(of_dielectric), gray(layered));
+    specular_albedo = reflected * layered;
+  }
   if (metal > 0) {
     const microfacet::Parameters of_metal = layer.with(schlick_reflectance(base, gray(1)));
     const Lobe lobe = scaled(microfacet::lobe_of(of_metal), gray(metal * below));
-    specular_lobe.weight += lobe.weight;
-    specular_lobe.tint += lobe.tint;
-    specular_lobe.multiple += lobe.multiple;
+    if (layered > 0) {
+      specular_lobe.weight += lobe.weight;
+      specular_lobe.tint += lobe.tint;
+      specular_lobe.multiple += lobe.multiple;
+    } else {
+      specular_lobe = lobe;
+    }
     specular_albedo += microfacet::albedo(of_metal) * (metal * below);
   }
   layer.add(specular_lobe, specular_albedo, out);

@@ -54,9 +54,16 @@ struct PrincipledSurface {
   std::optional<TextureUse> anisotropy_direction;
   float ior = 1.5F, rotation = 0;
   bool thin_walled = true, unlit = false, vertex_colors = true;
+  bool matte = false;  ///< nothing but diffuse light and emission, wherever it is hit
 
  private:
   struct Coat;
+  /// How the specular layer is brushed at a hit.
+  struct Brushing {
+    float strength = 0;
+    Vec2 direction{1, 0};  ///< of any length, along the surface's tangent and across
+  };
+  [[nodiscard]] Brushing brushing_at(const Source& source) const;
   [[nodiscard]] Coat coat_at(const Source& source) const;
   /// The base colour, vertices' colours in it.
   [[nodiscard]] Color tinted_base(const Source& source) const;

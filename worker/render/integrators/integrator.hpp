@@ -23,6 +23,8 @@ struct Trace {
   std::int64_t rays = 0;         ///< of either kind, counted up
   bool by_lobe = false;          ///< `first` is wanted
   LobeShares first;              ///< of the path's first scattering
+  bool coordinates = false;      ///< the first hit's texture coordinates are wanted
+  bool identities = false;       ///< so is what it belongs to
   Closure closure;               ///< of the present hit; it is too large to be made anew for each
 };
 

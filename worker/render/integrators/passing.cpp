@@ -77,7 +77,7 @@ bool passes(const Trace& trace, const Sampler& sampler, PathState& path, Interac
     if (!crossing.real) {
       path.media.cross(at.material, entering);
       // A light sample does not see through it, so what the ray finds counts in full.
-      path.last_specular = true;
+      if (trace.scene.visibility_of(at.placement, at.geometry).shadow) path.last_specular = true;
       passed = true;
     }
   }

@@ -1,5 +1,6 @@
 #include "worker/render/integrators/path.hpp"
 
+#include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
@@ -14,31 +15,16 @@ float power_heuristic(float a, float b) {
 
 /// Weight of light that a BSDF's sample found, against the light samples that were taken where the
 /// path last scattered.
-float found_weight(const Trace& trace, const PathState& path, std::uint32_t light,
-                   const LightHit& hit) {
-  if (path.last_specular || light == no_id) return 1;
-  const float by_light = trace.scene.lights.pdf(path.last_context, light, hit);
-  return power_heuristic(path.last_pdf, by_light * static_cast<float>(trace.light_samples));
-}
+struct FoundWeight {
+  const Trace& trace;
+  const PathState& path;
 
-void add_far(const Trace& trace, const PathState& path, SampleRecord& record) {
-  if (path.depth == 0) describe_nothing(trace, record);
-  LightHit hit;
-  hit.wi = path.ray.direction;
-  const auto weight = [&](std::uint32_t light) { return found_weight(trace, path, light, hit); };
-  add_far(trace, path, weight, record);
-}
-
-void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
-                  const Color& emission, SampleRecord& record) {
-  if (is_black(emission)) return;
-  LightHit hit;
-  hit.wi = path.ray.direction;
-  hit.distance = at.t;
-  hit.instance = at.instance;
-  hit.primitive = at.primitive;
-  add_emission(trace, path, at, emission, found_weight(trace, path, at.light, hit), record);
-}
+  float operator()(std::uint32_t light, const LightHit& hit) const {
+    if (path.last_specular || light == no_id) return 1;
+    const float by_light = trace.scene.lights.pdf(path.last_context, light, hit);
+    return power_heuristic(path.last_pdf, by_light * static_cast<float>(trace.light_samples));
+  }
+};
 
 /// `first_draw` is the light set's draw 0 of light_samples.
 void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
@@ -67,9 +53,9 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
 }
 
 /// The next hit. Its face is already on its way into the caches.
-accel::Hit intersect(Trace& trace, const Ray& ray) {
+accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
   ++trace.rays;
-  const accel::Hit hit = trace.scene.intersect(ray);
+  const accel::Hit hit = trace.scene.intersect(ray, mask);
   if (hit.any()) prefetch_face(trace.scene.geometry_of(hit), hit.primitive);
   return hit;
 }
@@ -86,9 +72,10 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
   const auto light_samples = static_cast<std::uint32_t>(trace.light_samples);
   PathState path;
   path.ray = ray;
-  accel::Hit hit = intersect(trace, path.ray);
+  const FoundWeight weight{trace, path};
+  accel::Hit hit = intersect(trace, path.ray, ray_mask::camera);
   for (;;) {
-    if (!hit.any()) return add_far(trace, path, record);
+    if (!hit.any()) return see_far(trace, path, weight, record);
     // A large scene's face is not in the caches, and its corners come after its indices: the random
     // numbers are made while memory answers.
     const auto depth = static_cast<std::uint32_t>(path.depth);
@@ -101,12 +88,15 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
     if (path.media.size() > 0) absorb(trace, path, at.t);
     if (material.may_pass && passes(trace, sampler, path, at)) {
       if (path.passes == passes_most) return;
-      hit = intersect(trace, path.ray);
+      hit = intersect(trace, path.ray, mask_of(path));
       continue;
     }
     evaluate(material, scene.textures, at.shading, closure);
-    if (path.undescribed) describe(trace, at, path, record);
-    add_emission(trace, path, at, closure.emission, record);
+    if (path.undescribed) {
+      if (held_out(trace, path, at)) return;
+      describe(trace, hit, at, path, record);
+    }
+    see_emission(trace, path, at, weight, record);
     if (path.depth > trace.bounces || closure.count == 0) return;
 
     path.last_context = light_context(at, closure, path);
@@ -115,9 +105,10 @@ accel::Hit intersect(Trace& trace, const Ray& ray) {
     const bool goes_on = drawn && advance(trace, path, at, drawn, draw[dim::roulette]);
     // The path's next hit comes before the light of this one, so that light is sampled and its
     // shadow ray traced while memory brings the next face.
-    if (goes_on) hit = intersect(trace, path.ray);
+    if (goes_on) hit = intersect(trace, path.ray, ray_mask::indirect);
     if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, here, at, record);
     if (!goes_on) return;
+    if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
   }
 }
 

@@ -11,21 +11,61 @@
 /// The steps that integrators are put together from.
 namespace tessera::render {
 
-/// From this depth on a path may be ended.
-inline constexpr int roulette_from = 2;
+/// Paths are ended only where less than a third of the light that they carry would be left. What
+/// light falls in one bounce on is of the same order as what is seen at once, but stratifies worse:
+/// to end paths sooner saves fewer rays than it makes noise (tests/bench/README.md).
+inline constexpr float roulette_reluctance = 3;
 /// A shadow ray ends this part of its length before the light.
 inline constexpr float shadow_margin = 0x1p-13F;
 
+/// What the path's ray meets, by its mask.
+inline accel::Mask mask_of(const PathState& path) {
+  return path.depth == 0 ? ray_mask::camera : ray_mask::indirect;
+}
+
+/// True if the camera sees a hole there: the path ends, and nothing is told of it.
+inline bool held_out(const Trace& trace, const PathState& path, const Interaction& at) {
+  return trace.scene.has_holdouts && path.depth == 0 &&
+         trace.scene.visibility_of(at.placement, at.geometry).holdout;
+}
+
+/// True if the path's ray was asked for lights apart from what it runs into (found_light.hpp).
+inline bool is_lit_apart(const Trace& trace, const PathState& path) {
+  return trace.scene.lit_apart && !path.last_specular;
+}
+
+/// A light's point that the path ran into.
+inline LightHit light_hit(const PathState& path, const Interaction& at) {
+  LightHit hit;
+  hit.wi = path.ray.direction;
+  hit.distance = at.t;
+  hit.instance = at.instance;
+  hit.primitive = at.primitive;
+  return hit;
+}
+
 /// Adds the environment and suns that a path which left the scene runs into, each times
-/// weight(light).
+/// weight(light, hit).
 template <class Weight>
 void add_far(const Trace& trace, const PathState& path, Weight weight, SampleRecord& record) {
+  LightHit hit;
+  hit.wi = path.ray.direction;
   for (const std::uint32_t light : trace.scene.lights.seen_far()) {
     const Light& far = trace.scene.lights[light];
     const Color sent = emitted(far, path.last_context, path.ray.direction);
     if (is_black(sent)) continue;
-    record.add(path.throughput * sent * weight(light), trace.first, path.depth, far.group);
+    record.add(path.throughput * sent * weight(light, hit), trace.first, path.depth, far.group);
   }
+}
+
+/// What a path sees that met nothing.
+template <class Weight>
+void see_far(const Trace& trace, const PathState& path, Weight weight, SampleRecord& record) {
+  if (path.depth == 0) {
+    if (trace.scene.film_transparent) return;
+    if (trace.scene.has_environment) record.alpha = 1;
+  }
+  if (!is_lit_apart(trace, path)) add_far(trace, path, weight, record);
 }
 
 /// Adds what the surface that the path met emits, times `weight`.
@@ -35,14 +75,19 @@ inline void add_emission(const Trace& trace, const PathState& path, const Intera
              trace.scene.materials[at.material].light_group);
 }
 
-/// What the camera's ray saw where it met nothing.
-inline void describe_nothing(const Trace& trace, SampleRecord& record) {
-  if (trace.scene.has_environment) record.alpha = 1;
+/// Adds what the surface emits that the path met and whose closure the trace holds.
+template <class Weight>
+void see_emission(const Trace& trace, const PathState& path, const Interaction& at, Weight weight,
+                  SampleRecord& record) {
+  const Color& emission = trace.closure.emission;
+  if (is_black(emission)) return;
+  if (is_lit_apart(trace, path) && trace.scene.materials[at.material].emits()) return;
+  add_emission(trace, path, at, emission, weight(at.light, light_hit(path, at)), record);
 }
 
 /// What the camera's ray met.
-inline void describe_place(const Trace& trace, const Interaction& at, const Ray& ray,
-                           SampleRecord& record) {
+inline void describe_place(const Trace& trace, const accel::Hit& hit, const Interaction& at,
+                           const Ray& ray, SampleRecord& record) {
   record.alpha = 1;
   if (trace.aovs) record.z = trace.camera.depth(ray.direction, at.t);
   if (record.extras == nullptr) return;
@@ -50,14 +95,19 @@ inline void describe_place(const Trace& trace, const Interaction& at, const Ray&
   record.extras->position = {static_cast<float>(static_cast<double>(at.p.x) + origin[0]),
                              static_cast<float>(static_cast<double>(at.p.y) + origin[1]),
                              static_cast<float>(static_cast<double>(at.p.z) + origin[2])};
+  if (trace.coordinates) record.extras->uv = surface_uv(trace.scene.geometry_of(hit), hit);
+  if (trace.identities) {
+    record.extras->object = trace.scene.object_of(hit);
+    record.extras->material = trace.scene.material_identities[at.material];
+  }
 }
 
 /// What is told of the hit of a path that is undescribed: alpha and, if they are wanted, the other
 /// channels. Open Image Denoise's documentation says what albedo and normals it likes.
-inline void describe(const Trace& trace, const Interaction& at, PathState& path,
-                     SampleRecord& record) {
+inline void describe(const Trace& trace, const accel::Hit& hit, const Interaction& at,
+                     PathState& path, SampleRecord& record) {
   const Closure& closure = trace.closure;
-  if (path.depth == 0) describe_place(trace, at, path.ray, record);
+  if (path.depth == 0) describe_place(trace, hit, at, path.ray, record);
   path.undescribed = trace.follow_specular && closure.count > 0 && !closure.has_smooth;
   if (!trace.aovs || path.undescribed) return;
   const Color seen = albedo(closure);
@@ -95,13 +145,22 @@ inline LightContext light_context(const Interaction& at, const Closure& closure,
 /// without a far side is open, and so is none.
 Color absorbed_along(const Scene& scene, const MediumStack& media, float length);
 
+/// Gives a ray from `at` its start. False where none leaves like this: below a face that has
+/// nothing round over it.
+inline bool leaves(const Trace& trace, const Interaction& at, Ray& ray) {
+  if (!trace.closure.rounded) return true;
+  const Vec3& n = at.shading.normal;
+  return dot(ray.direction, n) * dot(at.shading.wo, n) >= 0 || leave_rounded(trace.scene, at, ray);
+}
+
 /// The radiance of a light's sample that reaches `at`. Counts its shadow ray.
 inline Color light_from(Trace& trace, const Interaction& at, const LightSample& light,
                         const PathState& path) {
   const Scene& scene = trace.scene;
   const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
   if (!(length > 0)) return {};
-  const Ray ray = at.leave(light.wi, length, path.ray);
+  Ray ray = at.leave(light.wi, length, path.ray);
+  if (!leaves(trace, at, ray)) return {};
   const bool varies = scene.lights[light.light].varies;
   const Color sent = varies ? radiance_at(scene, light, ray) : light.radiance;
   if (varies && is_black(sent)) return {};
@@ -145,25 +204,25 @@ inline void scatter(Trace& trace, PathState& path, const Interaction& at, const 
 
 /// Roulette on throughput·η²: false if it ends the path; who survives carries more for it.
 inline bool survives(PathState& path, float roulette) {
-  if (path.depth < roulette_from) return true;
-  const float survival = std::min(1.0F, max_component(path.throughput) * path.eta_squared);
+  const float carried = max_component(path.throughput) * path.eta_squared;
+  const float survival = std::min(1.0F, roulette_reluctance * carried);
   if (roulette >= survival) return false;
   path.throughput *= 1 / survival;
   return true;
 }
 
-/// The ray of the step that was drawn.
-inline Ray ray_of(const PathState& path, const Interaction& at, const BsdfSample& drawn) {
-  return at.leave(drawn.wi, std::numeric_limits<float>::infinity(), path.ray);
+/// Sets out on the step that was drawn. False if nothing leaves that way.
+inline bool set_out(const Trace& trace, PathState& path, const Interaction& at,
+                    const BsdfSample& drawn) {
+  path.ray = at.leave(drawn.wi, std::numeric_limits<float>::infinity(), path.ray);
+  return leaves(trace, at, path.ray);
 }
 
-/// Takes the step that was drawn. False if roulette ended the path.
+/// Takes the step that was drawn. False if the path ends here.
 inline bool advance(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn,
                     float roulette) {
   scatter(trace, path, at, drawn);
-  if (!survives(path, roulette)) return false;
-  path.ray = ray_of(path, at, drawn);
-  return true;
+  return survives(path, roulette) && set_out(trace, path, at, drawn);
 }
 
 }  // namespace tessera::render

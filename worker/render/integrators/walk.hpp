@@ -1,4 +1,5 @@
 #pragma once
+#include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
@@ -21,17 +22,13 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
   Closure& closure = trace.closure;
   PathState path;
   path.ray = ray;
+  const auto weight = [&](std::uint32_t light, const LightHit& /*hit*/) {
+    return Rules::counts(trace, path, light) ? 1.0F : 0.0F;
+  };
   for (;;) {
     ++trace.rays;
-    const accel::Hit hit = scene.intersect(path.ray);
-    if (!hit.any()) {
-      if (path.depth == 0) describe_nothing(trace, record);
-      const auto weight = [&](std::uint32_t light) {
-        return Rules::counts(trace, path, light) ? 1.0F : 0.0F;
-      };
-      add_far(trace, path, weight, record);
-      return;
-    }
+    const accel::Hit hit = scene.intersect(path.ray, mask_of(path));
+    if (!hit.any()) return see_far(trace, path, weight, record);
     Interaction at = surface_at(scene, path.ray, hit);
     const CompiledMaterial& material = scene.materials[at.material];
     if (path.media.size() > 0) absorb(trace, path, at.t);
@@ -40,10 +37,11 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
       continue;
     }
     evaluate(material, scene.textures, at.shading, closure);
-    if (path.undescribed) describe(trace, at, path, record);
-    if (!is_black(closure.emission) && Rules::counts(trace, path, at.light)) {
-      add_emission(trace, path, at, closure.emission, 1, record);
+    if (path.undescribed) {
+      if (held_out(trace, path, at)) return;
+      describe(trace, hit, at, path, record);
     }
+    see_emission(trace, path, at, weight, record);
     if (path.depth > trace.bounces || closure.count == 0) return;
 
     path.last_context = light_context(at, closure, path);
@@ -53,7 +51,8 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     if (!drawn) return;
     scatter(trace, path, at, drawn);
     if (Rules::roulette && !survives(path, draw[dim::roulette])) return;
-    path.ray = ray_of(path, at, drawn);
+    if (!set_out(trace, path, at, drawn)) return;
+    if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
   }
 }
 

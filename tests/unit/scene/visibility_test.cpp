@@ -1,0 +1,83 @@
+#include <gmock/gmock.h>
+
+#include "tests/unit/scene/gltf_file.hpp"
+#include "tests/unit/scene/support.hpp"
+
+namespace tessera::scene {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* clay = R"("materials": {"clay": {"type": "diffuse"}},)";
+
+std::string with_shape(const std::string& members) {
+  return scene_with(std::string(clay) + R"("shapes": [{"type": "sphere", "material": "clay", )" +
+                    members + "}],");
+}
+
+TEST(Visibility, of_a_shape_is_all_unless_said_otherwise) {
+  EXPECT_EQ(parse(with_shape(R"("radius": 1)")).shapes.at(0).visibility, Visibility{});
+  const auto read = [](const std::string& members) {
+    return parse(with_shape("\"visibility\": {" + members + "}")).shapes.at(0).visibility;
+  };
+  EXPECT_EQ(read(""), Visibility{});
+  EXPECT_EQ(read(R"("camera": false)"), (Visibility{.camera = false}));
+  EXPECT_EQ(read(R"("shadow": false, "indirect": true)"), (Visibility{.shadow = false}));
+  EXPECT_EQ(read(R"("indirect": false, "holdout": true)"),
+            (Visibility{.indirect = false, .holdout = true}));
+}
+
+TEST(Visibility, of_objects_and_instances_hides_what_their_shapes_do_not) {
+  const Scene scene = parse(scene_with(std::string(clay) + R"(
+    "objects": {"pair": {"visibility": {"shadow": false}, "shapes": [
+      {"type": "sphere", "material": "clay"},
+      {"type": "sphere", "material": "clay", "visibility": {"camera": false, "shadow": true}}]}},
+    "instances": [{"object": "pair", "visibility": {"holdout": true}}, {"object": "pair"}],)"));
+  const std::vector<Shape>& shapes = scene.objects.at(0).shapes;
+  EXPECT_EQ(shapes.at(0).visibility, (Visibility{.shadow = false}));
+  EXPECT_EQ(shapes.at(1).visibility, (Visibility{.camera = false, .shadow = false}));
+  EXPECT_EQ(scene.instances.at(0).visibility, Visibility{.holdout = true});
+  EXPECT_EQ(scene.instances.at(1).visibility, Visibility{});
+}
+
+TEST(Visibility, of_an_included_file_is_that_of_all_its_shapes) {
+  const TemporaryFolder folder;
+  GltfFile file;
+  file.with_triangle();
+  folder.write("one.glb", file.glb());
+  folder.write("two.glb", file.glb());
+  const Scene scene = load_scene(folder.write("s.json", R"({"tessera": 1, "include": [
+    {"file": "one.glb", "visibility": {"camera": false}},
+    {"file": "two.glb", "visibility": {"indirect": false}}, "two.glb"]})"))
+                          .scene;
+  ASSERT_EQ(scene.shapes.size(), 1U);
+  EXPECT_EQ(scene.shapes[0].visibility, (Visibility{.camera = false}));
+  ASSERT_EQ(scene.instances.size(), 2U);
+  EXPECT_EQ(scene.instances[0].visibility, (Visibility{.indirect = false}));
+  EXPECT_EQ(scene.instances[1].visibility, Visibility{});
+  EXPECT_EQ(scene.objects.at(0).shapes.at(0).visibility, Visibility{});
+}
+
+TEST(Visibility, that_is_misspelt_or_no_yes_or_no_is_refused_at_its_place) {
+  const Error misspelt = error_of(with_shape(R"("visibility": {"cammera": false})"));
+  EXPECT_EQ(misspelt.place().key, "shapes[0].visibility.cammera");
+  EXPECT_THAT(misspelt.message(), HasSubstr("did you mean \"camera\"?"));
+  const Error number = error_of(with_shape(R"("visibility": {"shadow": 0})"));
+  EXPECT_EQ(number.place().key, "shapes[0].visibility.shadow");
+  const Error flag = error_of(with_shape(R"("visibility": false)"));
+  EXPECT_EQ(flag.place().key, "shapes[0].visibility");
+  EXPECT_THAT(flag.message(), HasSubstr("expected an object"));
+}
+
+TEST(Film, is_transparent_only_if_it_is_asked_for) {
+  EXPECT_FALSE(parse(scene_with("")).film_transparent);
+  EXPECT_FALSE(parse(scene_with(R"("film": {"width": 8, "height": 8},)")).film_transparent);
+  const auto film = [](const std::string& value) {
+    return scene_with(R"("film": {"width": 8, "height": 8, "transparent": )" + value + "},");
+  };
+  EXPECT_TRUE(parse(film("true")).film_transparent);
+  EXPECT_EQ(error_of(film("1")).place().key, "film.transparent");
+}
+
+}  // namespace
+}  // namespace tessera::scene
