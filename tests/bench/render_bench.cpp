@@ -157,16 +157,45 @@ scene::Mesh hilly_ball(int levels, std::array<double, 3> center, double radius) 
   return mesh;
 }
 
+/// What the scene of a million triangles is made of.
+struct Surfaces {
+  scene::Material walls, side;
+  std::array<scene::Material, 3> balls;
+};
+
+Surfaces matte() {
+  const scene::Material white{.name = "white", .surface = scene::Diffuse{{0.75, 0.75, 0.75}}};
+  return {
+      white, {.name = "red", .surface = scene::Diffuse{{0.6, 0.1, 0.1}}}, {white, white, white}};
+}
+
+scene::Material principled(std::array<double, 3> color, double roughness, double metallic,
+                           double clearcoat) {
+  scene::Principled out;
+  out.base_color.factor = color;
+  out.roughness.factor = roughness;
+  out.metallic.factor = metallic;
+  out.clearcoat.factor = clearcoat;
+  return {.name = "principled", .surface = out};
+}
+
+/// Paint of two lobes on the walls, a metal, a plastic and a varnish of three lobes on the balls.
+Surfaces principled() {
+  return {principled({0.75, 0.75, 0.75}, 0.5, 0, 0),
+          principled({0.6, 0.1, 0.1}, 0.5, 0, 0),
+          {principled({0.9, 0.7, 0.4}, 0.3, 1, 0), principled({0.2, 0.4, 0.7}, 0.2, 0, 0),
+           principled({0.6, 0.1, 0.05}, 0.4, 0, 1)}};
+}
+
 /// Three such balls in an open box with a lamp: 1,572,864 triangles.
-scene::Scene million() {
+scene::Scene million(Surfaces&& of) {
   scene::Scene scene;
   scene.cameras.emplace_back();
   scene.cameras[0].name = "main";
   scene.cameras[0].eye = {0, 1.1, 4.6};
   scene.cameras[0].target = {0, 0.75, 0};
-  scene.materials = {{"white", scene::Diffuse{{0.75, 0.75, 0.75}}},
-                     {"red", scene::Diffuse{{0.6, 0.1, 0.1}}},
-                     {"lamp", scene::Emitter{{12, 12, 12}, false}}};
+  scene.materials = {of.walls, of.side, {"lamp", scene::Emitter{{12, 12, 12}, false}}};
+  scene.materials.insert(scene.materials.end(), of.balls.begin(), of.balls.end());
   const auto add = [&](auto geometry, std::uint32_t material) {
     scene.shapes.push_back({"", std::move(geometry), material, scene::Transform{}});
   };
@@ -174,9 +203,9 @@ scene::Scene million() {
   add(scene::Quad{{-2, 0, -2}, {4, 0, 0}, {0, 3, 0}}, 0);
   add(scene::Quad{{-2, 0, -2}, {0, 3, 0}, {0, 0, 4}}, 1);
   add(scene::Quad{{-0.6, 2.9, -0.6}, {1.2, 0, 0}, {0, 0, 1.2}}, 2);
-  add(hilly_ball(8, {-0.9, 0.7, -0.3}, 0.6), 0);
-  add(hilly_ball(8, {0.8, 0.65, -0.6}, 0.6), 0);
-  add(hilly_ball(8, {0.1, 0.55, 0.8}, 0.5), 0);
+  add(hilly_ball(8, {-0.9, 0.7, -0.3}, 0.6), 3);
+  add(hilly_ball(8, {0.8, 0.65, -0.6}, 0.6), 4);
+  add(hilly_ball(8, {0.1, 0.55, 0.8}, 0.5), 5);
   return scene;
 }
 
@@ -279,7 +308,8 @@ void measure(const std::string& name, scene::Scene&& description) {
 
 }  // namespace
 
-/// bench_render [MILLION.json]: the scene of a million triangles, or one that is made here.
+/// bench_render [MILLION.json]: the scene of a million triangles, or two that are made here, of
+/// matte and of principled materials.
 int main(int argc, char** argv) {
   try {
     const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);
@@ -292,8 +322,12 @@ int main(int argc, char** argv) {
     const char* source = std::getenv("TESSERA_SOURCE_DIR");
     const std::filesystem::path root = source != nullptr ? source : ".";
     measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene);
-    measure("million",
-            argc > 1 ? scene::load_scene(std::filesystem::path(argv[1])).scene : million());
+    if (argc > 1) {
+      measure("million", scene::load_scene(std::filesystem::path(argv[1])).scene);
+    } else {
+      measure("million", million(matte()));
+      measure("million_principled", million(principled()));
+    }
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -55,15 +55,25 @@ TEST(Direct, CentredRectangles) {
   }
 }
 
-TEST(Direct, ARectangleOfTwoTrianglesGivesTheSame) {
-  SceneMaker maker = floor_scene();
-  scene::Mesh mesh;
-  mesh.positions = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  maker.add(maker.emitter(1), mesh);
-  const Scene scene = maker.build();
-  ASSERT_EQ(scene.lights.size(), 2U);
-  expect_mean(measure(scene, {4, 256}), reflected(pi_d * 0.5541264));
+TEST(Direct, ARectangleOfTrianglesGivesTheSame) {
+  const std::vector<std::array<std::uint32_t, 3>> in_halves = {{0, 1, 2}, {0, 2, 3}};
+  // About a point that is off the middle.
+  const std::vector<std::array<std::uint32_t, 3>> in_quarters = {
+      {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  const struct {
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::size_t lights;
+  } cases[] = {{in_halves, 1}, {in_quarters, 4}};
+  for (const auto& one : cases) {
+    SceneMaker maker = floor_scene();
+    scene::Mesh mesh;
+    mesh.positions = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}, {0.25F, 1, 0.5F}};
+    mesh.triangles = one.triangles;
+    maker.add(maker.emitter(1), mesh);
+    const Scene scene = maker.build();
+    ASSERT_EQ(scene.lights.size(), one.lights);
+    expect_mean(measure(scene, {4, 256}), reflected(pi_d * 0.5541264));
+  }
 }
 
 TEST(Direct, NoMatterHowManyLightSamples) {
@@ -223,23 +233,30 @@ TEST(Direct, InstancedLampsShineAsMuchAsPlainOnes) {
   // A mirrored instance: its outer side must stay its outer side.
   const scene::Transform mirrored =
       translate(-1.2, 1.1, 0) * scale(-1, 1, 1) * rotate({0, 0, 1}, 30);
+  scene::Mesh pane;
+  pane.positions = {
+      {-0.3F, 0.9F, 0.2F}, {0.1F, 0.9F, 0.2F}, {0.2F, 0.9F, 0.7F}, {-0.2F, 0.9F, 0.7F}};
+  pane.triangles = {{0, 1, 2}, {0, 2, 3}};
   SceneMaker instanced = plain;
   plain.add(glow, lamp(-0.5, -0.5, 1, 1, 0), there);
   plain.add(glow, lamp(-0.5, -0.5, 1, 1, 0), mirrored);
   plain.add(glow, scene::Sphere{{0, 0.5, 0.3}, 0.1}, there);
   plain.add(glow, scene::Sphere{{0, 0.5, 0.3}, 0.1}, mirrored);
+  plain.add(glow, pane, there);
+  plain.add(glow, pane, mirrored);
   scene::Object object;
   object.name = "lamp";
-  scene::Shape quad, ball_shape;
+  scene::Shape quad, ball_shape, pane_shape;
   quad.geometry = lamp(-0.5, -0.5, 1, 1, 0);
   ball_shape.geometry = scene::Sphere{{0, 0.5, 0.3}, 0.1};
-  quad.material = ball_shape.material = glow;
-  object.shapes = {quad, ball_shape};
+  pane_shape.geometry = pane;
+  quad.material = ball_shape.material = pane_shape.material = glow;
+  object.shapes = {quad, ball_shape, pane_shape};
   instanced.description.objects = {object};
   instanced.description.instances = {{0, there}, {0, mirrored}};
   const Scene a = plain.build(), b = instanced.build();
-  ASSERT_EQ(a.lights.size(), 4U);
-  ASSERT_EQ(b.lights.size(), 4U);
+  ASSERT_EQ(a.lights.size(), 6U);
+  ASSERT_EQ(b.lights.size(), 6U);
   ASSERT_EQ(b.placements.size(), 3U);
   const Estimate first = measure(a, {4, 256}), second = measure(b, {4, 256});
   ASSERT_GT(first.mean, 0.01);

@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "worker/render/fastmath.hpp"
 #include "worker/scene/affine.hpp"
+#include "worker/scene/parallelogram.hpp"
 
 namespace tessera::worker {
 namespace {
@@ -19,7 +20,9 @@ class LightMaker {
   explicit LightMaker(const scene::Transform& to_world)
       : to_world_(to_world), mirrored_(determinant(linear(to_world)) < 0) {}
 
-  [[nodiscard]] render::Light make(const render::Geometry& geometry, std::uint32_t face) const {
+  [[nodiscard]] render::Light make(const render::Geometry& geometry,
+                                   const EmittingFace& emitter) const {
+    const std::uint32_t face = emitter.primitive;
     render::Light light;
     const auto at = [&](std::uint32_t vertex) { return point(geometry.positions[vertex]); };
     if (geometry.kind == render::GeometryKind::quads) {
@@ -34,6 +37,13 @@ class LightMaker {
         light.shape =
             render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
       }
+    } else if (emitter.is_half) {
+      const Parallelogram whole = parallelogram(geometry, face).value();
+      const Vec3d corner = at(whole.corner);
+      Vec3d u = at(whole.end_u) - corner, v = at(whole.end_v) - corner;
+      if (mirrored_) std::swap(u, v);
+      light.shape =
+          render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
     } else if (geometry.kind == render::GeometryKind::triangles) {
       const accel::Triangle& triangle = geometry.triangles[face];
       Vec3d b = at(triangle[1]), c = at(triangle[2]);
@@ -75,7 +85,7 @@ std::uint32_t add_lights(const MergedGroup& group,
   for (const EmittingFace& emitter : group.emitters) {
     const render::Geometry& geometry = group.group.geometries[emitter.geometry];
     const render::CompiledMaterial& material = materials[geometry.materials[emitter.primitive]];
-    render::Light light = maker.make(geometry, emitter.primitive);
+    render::Light light = maker.make(geometry, emitter);
     light.radiance = emitter.radiance;
     light.two_sided = material.two_sided;
     light.varies = material.radiance_varies;

@@ -5,6 +5,7 @@
 #include "worker/render/octahedral.hpp"
 #include "worker/scene/affine.hpp"
 #include "worker/scene/details.hpp"
+#include "worker/scene/parallelogram.hpp"
 #include "worker/scene/radiance.hpp"
 
 namespace tessera::worker {
@@ -207,6 +208,14 @@ class Filler {
   std::size_t face_ = 0;
 };
 
+bool shines_as_one_with_next(const Geometry& geometry, std::uint32_t face,
+                             std::span<const render::CompiledMaterial> materials) {
+  return geometry.kind == GeometryKind::triangles && face + 1 < geometry.faces() &&
+         geometry.materials[face] == geometry.materials[face + 1] &&
+         !materials[geometry.materials[face]].radiance_varies &&
+         parallelogram(geometry, face).has_value();
+}
+
 }  // namespace
 
 MergedGroup merge(std::span<const PlacedShape> shapes,
@@ -224,10 +233,15 @@ MergedGroup merge(std::span<const PlacedShape> shapes,
       const std::vector<render::Color> radiances = mean_radiances(geometry, materials, textures);
       geometry.emitters.resize(geometry.faces());
       for (std::uint32_t face = 0; face < geometry.faces(); ++face) {
-        const bool shines = !render::is_black(radiances[face]);
-        geometry.emitters[face] =
-            shines ? static_cast<std::uint32_t>(out.emitters.size()) : render::no_id;
-        if (shines) out.emitters.push_back({number, face, radiances[face]});
+        if (render::is_black(radiances[face])) {
+          geometry.emitters[face] = render::no_id;
+          continue;
+        }
+        const auto emitter = static_cast<std::uint32_t>(out.emitters.size());
+        const bool is_half = shines_as_one_with_next(geometry, face, materials);
+        out.emitters.push_back({number, face, radiances[face], is_half});
+        geometry.emitters[face] = emitter;
+        if (is_half) geometry.emitters[++face] = emitter;
       }
     }
     out.group.geometries.push_back(std::move(geometry));

@@ -14,6 +14,7 @@ struct EmittingFace {
   std::uint32_t geometry = 0;
   std::uint32_t primitive = 0;
   render::Color radiance;  ///< mean over the face
+  bool is_half = false;    ///< with the next face it is one parallelogram, and one light
 };
 
 struct MergedGroup {
@@ -23,7 +24,8 @@ struct MergedGroup {
 
 /// Copies the shapes into as few geometries as their kinds and flags allow, in double relative to
 /// `origin`, and frees each mesh as soon as its last copy is made. Of faces that emit, those are
-/// listed whose picture is not black.
+/// listed whose picture is not black; two triangles that are a parallelogram of one radiance are
+/// one.
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
                   const render::TextureTable& textures, const std::array<double, 3>& origin);
