@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
+#include "common/job/aovs.hpp"
 #include "common/scene/light_groups.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/object_names.hpp"
@@ -68,15 +70,19 @@ std::string name_of(const scene::Scene& scene, const JobOptions& options) {
   return options.scene.stem().string();
 }
 
-/// For the manifests of the job's Cryptomattes, if it has any; nothing where that would be too
-/// much.
-MatteNames matte_names(const std::vector<std::string>& aovs, const scene::Scene& scene) {
-  const bool has_mattes = std::any_of(
-      aovs.begin(), aovs.end(), [](const std::string& name) { return name.starts_with("Crypto"); });
-  if (!has_mattes) return {};
-  const MatteNames names{.objects = scene::object_names(scene).names,
-                         .materials = scene::material_names(scene).names};
-  return can_travel(names) ? names : MatteNames{};
+/// For the manifests of those Cryptomattes that the job asks for; what is left out of them is said
+/// in `notes`.
+MatteNames matte_names(const std::vector<std::string>& aovs, const scene::Scene& scene,
+                       std::vector<std::string>* notes) {
+  MatteNames names;
+  for (const AovUse& use : aov_uses(aovs)) {
+    if (use.aov == Aov::crypto_object) names.objects = scene::object_names(scene).names;
+    if (use.aov == Aov::crypto_material) names.materials = scene::material_names(scene).names;
+  }
+  FittingNames fit = fitting(std::move(names));
+  if (notes != nullptr)
+    std::move(fit.left_out.begin(), fit.left_out.end(), std::back_inserter(*notes));
+  return fit.names;
 }
 
 FrameList frames_at_flag(const std::string& text) {
@@ -165,7 +171,8 @@ double time_from(std::string_view text) {
               {.file = {}, .key = "--time"});
 }
 
-JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle) {
+JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle,
+                 std::vector<std::string>* notes) {
   JobSpec spec;
   spec.name = name_of(scene, options);
   spec.priority = options.priority;
@@ -197,8 +204,8 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.clamp_indirect, options.clamp_indirect);
   if (options.crop) spec.render.crop = options.crop;
   spec.focus = options.focus;
-  spec.cryptomatte = matte_names(spec.render.aovs, scene);
   try {
+    spec.cryptomatte = matte_names(spec.render.aovs, scene, notes);
     if (options.order) spec.order = order_from(*options.order);
     if (options.frames) spec.frames = frames_at_flag(*options.frames);
     if (!spec.camera.empty()) {

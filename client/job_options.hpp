@@ -67,6 +67,8 @@ struct JobOptions {
 
 /// The job that the options ask for. Names of integrator, sampler, filter and camera are checked,
 /// and all else that check(JobSpec) knows. Throws Error{bad_input} that names the flag or the key.
-JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle);
+/// What the person should know of it joins `notes`, where those are wanted.
+JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Digest& bundle,
+                 std::vector<std::string>* notes = nullptr);
 
 }  // namespace tessera::client

@@ -67,8 +67,8 @@ PreparedJob prepare(const JobOptions& options) {
   Preflight().check(loaded);
   PreparedJob out;
   out.warnings = std::move(loaded.warnings);
-  out.spec = job_from(loaded.scene, options,
-                      Digest{});  // what is wrong with it is said before files are hashed
+  // What is wrong with it is said before files are hashed.
+  out.spec = job_from(loaded.scene, options, Digest{}, &out.warnings);
   if (loaded.duration > 0 && !options.frames)
     out.warnings.push_back(motion_note(loaded.duration, out.spec.fps));
   FileHasher hasher;

@@ -22,7 +22,7 @@ struct SceneAssets {
 struct PreparedJob {
   JobSpec spec;
   SceneAssets assets;
-  std::vector<std::string> warnings;  ///< of the scene's, for the person
+  std::vector<std::string> warnings;  ///< of the scene and the job, for the person
   std::vector<MemoryFile> edited;     ///< among the assets' files
 };
 

@@ -81,14 +81,19 @@ class Preparer {
     preflight_.check(loaded);
     if (index == 0)
       out_.scene_name = loaded.scene.name.empty() ? file.stem().string() : loaded.scene.name;
-    for (std::string& warning : loaded.warnings)
-      if (std::find(out_.warnings.begin(), out_.warnings.end(), warning) == out_.warnings.end())
-        out_.warnings.push_back(std::move(warning));
+    warn(std::move(loaded.warnings));
     specify(index, loaded.scene);
     out_.scenes.push_back(
         assets_of(std::move(loaded.files), hasher_, by_path_of(plan_.cells.front().job)));
     for (std::size_t i = 0; i < plan_.cells.size(); ++i)
       if (plan_.cells[i].scene == index) out_.jobs[i].bundle = out_.scenes.back().digest;
+  }
+
+  /// Of each warning once.
+  void warn(std::vector<std::string> warnings) {
+    for (std::string& warning : warnings)
+      if (std::find(out_.warnings.begin(), out_.warnings.end(), warning) == out_.warnings.end())
+        out_.warnings.push_back(std::move(warning));
   }
 
   /// The jobs of one scene.
@@ -97,7 +102,9 @@ class Preparer {
       const WedgeCell& cell = plan_.cells[i];
       if (cell.scene != index) continue;
       try {
-        JobSpec spec = job_from(scene, cell.job, Digest{});
+        std::vector<std::string> notes;
+        JobSpec spec = job_from(scene, cell.job, Digest{}, &notes);
+        warn(std::move(notes));
         spec.name = excerpt(fmt::format("{} {}", spec.name, text_of(plan_, cell)), 128);
         out_.jobs[i] = std::move(spec);
       } catch (const Error& error) {

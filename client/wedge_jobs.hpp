@@ -14,7 +14,7 @@ struct PreparedWedge {
   std::vector<MemoryFile> edited;     ///< scene files that are not on disk as they are rendered
   std::vector<SceneAssets> scenes;    ///< one for each of the plan's
   std::vector<JobSpec> jobs;          ///< one for each of the plan's cells
-  std::vector<std::string> warnings;  ///< of the scene's, each once
+  std::vector<std::string> warnings;  ///< of the scenes and the jobs, each once
 };
 
 /// Reads the scene, makes and checks each edited version of it, and hashes all files. Throws

@@ -10,25 +10,13 @@
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/job/aovs.hpp"
+#include "common/job/job_bounds.hpp"
 
 namespace tessera {
 
 namespace {
 
-constexpr double time_limit_most = 365.25 * 24 * 3600;
-constexpr double noise_most = 1000;
-constexpr double fps_least = 0.001, fps_most = 10'000;
-
 constexpr std::array<std::string_view, 3> order_names{"hilbert", "center", "scanline"};
-
-[[noreturn]] void bad(const char* key, const std::string& message) {
-  throw Error(ErrorKind::bad_input, message, {.key = key});
-}
-
-void within(const char* key, std::int64_t value, std::int64_t low, std::int64_t high) {
-  if (value < low || value > high)
-    bad(key, fmt::format("expected a whole number from {} to {}, found {}", low, high, value));
-}
 
 /// What a scene of before there were such keys has no need of stays away, so that jobs that were
 /// accepted then keep their plan's digest.
@@ -63,7 +51,7 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.integrator = in.text_or("integrator", render.integrator);
   render.sampler = in.text_or("sampler", render.sampler);
   render.filter = in.text_or("filter", render.filter);
-  render.filter_width = in.number_or("filter_width", 0, 64, render.filter_width);
+  render.filter_width = in.number_or("filter_width", 0, filter_width_most, render.filter_width);
   render.light_samples = static_cast<int>(
       in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
   render.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
@@ -105,22 +93,6 @@ FrameList frames_from(const Json& json, const std::string& path) {
   return list;
 }
 
-/// Along one side of a rectangle.
-struct Span {
-  int first, count;
-};
-void check_span(const std::string& first_key, const std::string& count_key, const Span& span,
-                const Span& all) {
-  const int end = all.first + all.count;
-  within(first_key.c_str(), span.first, all.first, end - 1);
-  within(count_key.c_str(), span.count, 1, end - span.first);
-}
-
-void check_rect(const std::string& key, const Rect& rect, const Rect& all) {
-  check_span(key + ".x", key + ".width", {rect.x, rect.width}, {all.x, all.width});
-  check_span(key + ".y", key + ".height", {rect.y, rect.height}, {all.y, all.height});
-}
-
 Json range_json(const FrameRange& range) {
   return {{"first", range.first}, {"last", range.last}, {"step", range.step}};
 }
@@ -130,19 +102,6 @@ Json frames_json(const FrameList& frames) {
   Json list = Json::array();
   for (const FrameRange& range : frames.ranges) list.push_back(range_json(range));
   return list;
-}
-
-void check_frames(const FrameList& frames) {
-  if (frames.ranges.empty()) bad("frames", "expected at least one frame");
-  for (std::size_t i = 0; i < frames.ranges.size(); ++i) {
-    const FrameRange& range = frames.ranges[i];
-    within("frames.first", range.first, -frame_most, frame_most);
-    within("frames.last", range.last, -frame_most, frame_most);
-    if (range.last < range.first || range.step < 1)
-      bad("frames", "expected first ≤ last and step ≥ 1");
-    if (i > 0 && range.first <= frames.ranges[i - 1].last)
-      bad("frames", "expected each range to begin after the end of the one before");
-  }
 }
 
 }  // namespace
@@ -173,73 +132,13 @@ Rect rect_from_json(const nlohmann::json& json, const std::string& path) {
   return rect;
 }
 
-void check_focus(const Rect& focus, const RenderSettings& film) {
-  check_rect("focus", focus, film.window());
+JobSpec for_workers(JobSpec spec) {
+  spec.cryptomatte = {};
+  return spec;
 }
 
 double time_of(const JobSpec& spec, std::int32_t frame) {
   return (static_cast<double>(frame) - 1) / spec.fps;
-}
-
-void check(const JobSpec& spec) {
-  if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
-  within("priority", spec.priority, -100, 100);
-  if (spec.camera.size() > 256 || !is_utf8(spec.camera))
-    bad("camera", "expected at most 256 bytes of UTF-8");
-  const RenderSettings& render = spec.render;
-  within("render.width", render.width, 1, limits::film_side_max);
-  within("render.height", render.height, 1, limits::film_side_max);
-  const std::int64_t pixels = static_cast<std::int64_t>(render.width) * render.height;
-  if (pixels > limits::film_pixels_max)
-    bad("render.width",
-        fmt::format("a film of {} by {} has more than the {} pixels that a frame may have",
-                    render.width, render.height, limits::film_pixels_max));
-  if (render.crop) check_rect("render.crop", *render.crop, {0, 0, render.width, render.height});
-  if (!(render.pixel_aspect >= limits::pixel_aspect_min &&
-        render.pixel_aspect <= limits::pixel_aspect_max))
-    bad("render.pixel_aspect", fmt::format("expected a number from {} to {}",
-                                           limits::pixel_aspect_min, limits::pixel_aspect_max));
-  for (const auto& [key, value] : {std::pair("render.clamp_direct", render.clamp_direct),
-                                   std::pair("render.clamp_indirect", render.clamp_indirect)})
-    if (!(value >= 0 && value <= limits::clamp_max))
-      bad(key, fmt::format("expected a number from 0 (off) to {}", limits::clamp_max));
-  within("render.samples", render.samples, 1, limits::samples_max);
-  within("render.bounces", render.bounces, 0, limits::bounces_max);
-  within("render.light_samples", render.light_samples, 1, limits::light_samples_max);
-  for (const auto& [key, name] :
-       {std::pair("render.integrator", &render.integrator),
-        std::pair("render.sampler", &render.sampler), std::pair("render.filter", &render.filter)})
-    if (!is_plain_name(*name)) bad(key, "expected 1 to 128 bytes without control characters");
-  if (!(render.filter_width >= 0 && render.filter_width <= 64))
-    bad("render.filter_width", "expected a number from 0 to 64");
-  if (render.seed > static_cast<std::uint64_t>(INT64_MAX))
-    bad("render.seed",
-        fmt::format("expected a whole number from 0 to {}, found {}", INT64_MAX, render.seed));
-  check_frames(spec.frames);
-  if (!(spec.fps >= fps_least && spec.fps <= fps_most))
-    bad("fps", fmt::format("expected a number from {} to {}", fps_least, fps_most));
-  within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
-  check_aovs(render.aovs, spec.tile);
-  check(spec.cryptomatte);
-  within("pass", spec.pass, 1, limits::pass_samples_max);
-  within("max_workers", spec.max_workers, 0, max_workers_most);
-  within("aov_samples", spec.aov_samples, 1, limits::samples_max);
-  if (spec.focus) check_focus(*spec.focus, render);
-  if (!(spec.time_limit_seconds >= 0 && spec.time_limit_seconds <= time_limit_most))
-    bad("time_limit_seconds", fmt::format("expected a number from 0 to {}", time_limit_most));
-  if (spec.time_limit_seconds > 0 && spec.frames.count() > 1)
-    bad("time_limit_seconds", "expected a job of one frame, to limit its time");
-  if (!(spec.noise_threshold >= 0 && spec.noise_threshold <= noise_most))
-    bad("noise_threshold", fmt::format("expected a number from 0 to {}", noise_most));
-  if (spec.noise_threshold > 0 && spec.frames.count() > 1)
-    bad("noise_threshold", "expected a job of one frame, to end it by its noise");
-  const std::int64_t tiles =
-      TileGrid(render.width, render.height, spec.tile, render.window()).count();
-  const std::int64_t passes = render.samples / spec.pass + 6;
-  if (tiles > limits::tasks_max / passes / spec.frames.count())
-    bad("tile", fmt::format("{} tiles, about {} passes and {} frames are more than the {} tasks "
-                            "that a job may have",
-                            tiles, passes, spec.frames.count(), limits::tasks_max));
 }
 
 nlohmann::json to_json(const JobSpec& spec) {
@@ -267,7 +166,7 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   JobSpec spec;
   ObjectReader in(json, path);
   spec.name = in.text("name");
-  spec.priority = static_cast<int>(in.integer_or("priority", -100, 100, 0));
+  spec.priority = static_cast<int>(in.integer_or("priority", -priority_most, priority_most, 0));
   const auto bundle = Digest::from_hex(in.text("bundle"));
   if (!bundle) in.fail("bundle", "expected a SHA-256 as 64 hexadecimal digits");
   spec.bundle = *bundle;

@@ -82,6 +82,10 @@ struct JobSpec {
   bool operator==(const JobSpec&) const = default;
 };
 
+/// What of a job its workers are told: all but the names for manifests, which are the coordinator's
+/// alone.
+JobSpec for_workers(JobSpec spec);
+
 /// The moment that a frame shows, in seconds: frame 1 is the time 0.
 double time_of(const JobSpec& spec, std::int32_t frame);
 

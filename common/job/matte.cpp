@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/base/json.hpp"
@@ -58,24 +59,76 @@ std::string matte_hex(std::string_view name) {
   return fmt::format("{:08x}", std::bit_cast<std::uint32_t>(matte_id(name)));
 }
 
-bool can_travel(const MatteNames& names) {
-  constexpr std::size_t most = 96 * limits::KiB;
-  std::size_t bytes = 0;
-  for (const auto* list : {&names.objects, &names.materials}) {
-    for (const std::string& name : *list) bytes += name.size();
-    if (bytes > most || !are_utf8(*list)) return false;
+namespace {
+bool is_short(const MatteNames& names) {
+  // So that nothing is made that is far too large.
+  std::size_t least = 0;
+  for (const auto* list : {&names.objects, &names.materials})
+    for (const std::string& name : *list) {
+      least += name.size() + 2;
+      if (least > matte_names_most) return false;
+    }
+  return to_json(names).dump().size() <= matte_names_most;
+}
+
+std::string without_manifest(std::string_view layer, std::string_view reason) {
+  return fmt::format(
+      "{} comes without a manifest, as {}: its ids can be picked in the picture, not by name",
+      layer, reason);
+}
+}  // namespace
+
+bool can_stand(const MatteNames& names) {
+  return are_utf8(names.objects) && are_utf8(names.materials) && is_short(names);
+}
+
+FittingNames fitting(MatteNames names) {
+  FittingNames out{.names = std::move(names), .left_out = {}};
+  const auto leave_out = [&](std::vector<std::string>& list, std::string_view reason) {
+    if (list.empty()) return;
+    const bool objects = &list == &out.names.objects;
+    const Aov layer = objects ? Aov::crypto_object : Aov::crypto_material;
+    out.left_out.push_back(
+        without_manifest(aov_table()[static_cast<std::size_t>(layer)].name, reason));
+    list.clear();
+  };
+  for (auto* list : {&out.names.objects, &out.names.materials})
+    if (!are_utf8(*list)) leave_out(*list, "a name is not UTF-8");
+  if (is_short(out.names)) return out;
+  const std::string reason =
+      fmt::format("its names are more than the {} KiB that a job may carry of them",
+                  matte_names_most / limits::KiB);
+  const bool objects_fit = is_short({.objects = out.names.objects, .materials = {}});
+  const bool materials_fit = is_short({.objects = {}, .materials = out.names.materials});
+  if (materials_fit || !objects_fit) leave_out(out.names.objects, reason);
+  if (!materials_fit) leave_out(out.names.materials, reason);
+  return out;
+}
+
+std::vector<std::string> mattes_without_names(std::span<const std::string> aovs,
+                                              const MatteNames& names) {
+  std::vector<std::string> out;
+  for (const AovUse& use : aov_uses(aovs)) {
+    const bool objects = use.aov == Aov::crypto_object && names.objects.empty();
+    const bool materials = use.aov == Aov::crypto_material && names.materials.empty();
+    if (objects || materials) out.push_back(use.name);
   }
-  return to_json(names).dump().size() <= most;
+  return out;
 }
 
 void check(const MatteNames& names) {
-  if (!can_travel(names))
-    throw Error(ErrorKind::bad_input, "expected names in UTF-8, at most 96 KiB of JSON",
+  if (!can_stand(names))
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected names in UTF-8, at most {} KiB of JSON",
+                            matte_names_most / limits::KiB),
                 {.key = "cryptomatte"});
 }
 
 nlohmann::json to_json(const MatteNames& names) {
-  return {{"objects", names.objects}, {"materials", names.materials}};
+  nlohmann::json out = nlohmann::json::object();
+  if (!names.objects.empty()) out["objects"] = names.objects;
+  if (!names.materials.empty()) out["materials"] = names.materials;
+  return out;
 }
 
 MatteNames matte_names_from(const nlohmann::json& json, const std::string& path) {

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,12 +30,28 @@ struct MatteNames {
   bool operator==(const MatteNames&) const = default;
   [[nodiscard]] bool empty() const { return objects.empty() && materials.empty(); }
 };
-/// True if they may stand in a job, which travels whole to each worker: UTF-8, and together no
-/// longer than 96 KiB as JSON.
-bool can_travel(const MatteNames& names);
+/// The most bytes that names may take in a job: to_json(names).dump(), with all its quotes, commas
+/// and escapes. A job's JSON is read by whoever asks for it, and kept by the coordinator.
+constexpr std::size_t matte_names_most = std::size_t{96} * 1024;
+/// True if they may stand in a job: UTF-8, and at most matte_names_most.
+bool can_stand(const MatteNames& names);
 
-/// Throws Error{bad_input} at `cryptomatte` unless they can travel.
+struct FittingNames {
+  MatteNames names;
+  std::vector<std::string> left_out;  ///< for a person: a sentence for each list that is not there
+};
+/// What of the names can stand in a job. A list with a name that is not UTF-8 is left out; of two
+/// that are too much together objects' are, or where that does not help materials', or both.
+FittingNames fitting(MatteNames names);
+
+/// Those of a job's AOVs that are Cryptomattes for which `names` has nothing: they come without a
+/// manifest. Throws as aov_uses() does.
+std::vector<std::string> mattes_without_names(std::span<const std::string> aovs,
+                                              const MatteNames& names);
+
+/// Throws Error{bad_input} at `cryptomatte` unless they can stand in a job.
 void check(const MatteNames& names);
+/// A list without a name is left away.
 nlohmann::json to_json(const MatteNames& names);
 /// {"objects", "materials"}, each an array of names or lacking.
 MatteNames matte_names_from(const nlohmann::json& json, const std::string& path);

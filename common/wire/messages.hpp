@@ -43,7 +43,8 @@ struct Refused {
   std::string reason;  ///< a sentence for people
 };
 
-/// C→W: a lease. `spec` stands in the first lease of a job on a connection.
+/// C→W: a lease. `spec`, as for_workers() has it, stands in the first lease of a job on a
+/// connection.
 struct Assign {
   LeaseId lease;
   JobId job = 0;

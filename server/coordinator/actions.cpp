@@ -34,7 +34,7 @@ void CoordinatorImpl::perform_one(const GrantLease& grant) {
   assign.job = grant.job;
   assign.plan = job->plan->digest;
   assign.task = grant.task;
-  if (found->second.told.insert(grant.job).second) assign.spec = job->plan->spec;
+  if (found->second.told.insert(grant.job).second) assign.spec = for_workers(job->plan->spec);
   found->second.link->send(std::move(assign));
 }
 

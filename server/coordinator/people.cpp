@@ -144,6 +144,9 @@ boost::asio::awaitable<JobId> CoordinatorImpl::put_job(JobRecord record) {
   const Job& job = jobs_.try_emplace(record.id, record, now(), unix_millis_now()).first->second;
   log::info("job {} ({}): {} tasks, plan {}", record.id, record.spec.name, job.plan->tasks(),
             job.plan->digest.hex().substr(0, 12));
+  for (const std::string& matte :
+       mattes_without_names(record.spec.render.aovs, record.spec.cryptomatte))
+    log::warn("job {}: {} was sent no names, and comes without a manifest", record.id, matte);
   perform(scheduler_.add_job(record.id, job.plan, now()));
   tell_job(record.id);
   co_return record.id;

@@ -193,19 +193,46 @@ TEST(JobOptions, mistakes_name_the_flag_and_the_nearest_name) {
   expect_refused([](JobOptions& o) { o.priority = 101; }, "--priority", "found 101");
 }
 
-TEST(JobOptions, a_job_with_cryptomattes_carries_the_names_for_their_manifests) {
+scene::Scene chair_of_wood() {
   scene::Scene scene = scene_of();
   scene.materials.resize(1);
   scene.materials[0].name = "wood";
   scene.shapes.resize(2);
   scene.shapes[0].name = scene.shapes[1].name = "chair";
-  JobOptions options;
-  EXPECT_TRUE(job_from(scene, options, Digest{}).cryptomatte.empty());
-  options.aovs = {"CryptoObject"};
-  EXPECT_EQ(job_from(scene, options, Digest{}).cryptomatte,
+  return scene;
+}
+
+TEST(JobOptions, a_job_carries_the_names_for_the_manifests_of_its_cryptomattes_alone) {
+  const scene::Scene scene = chair_of_wood();
+  const auto names = [&](const std::vector<std::string>& aovs) {
+    JobOptions options;
+    options.aovs = aovs;
+    return job_from(scene, options, Digest{}).cryptomatte;
+  };
+  EXPECT_TRUE(names({}).empty());
+  EXPECT_TRUE(names({"N", "object_id"}).empty());
+  EXPECT_EQ(names({"CryptoObject"}), (MatteNames{.objects = {"chair"}, .materials = {}}));
+  EXPECT_EQ(names({"CryptoMaterial"}), (MatteNames{.objects = {}, .materials = {"wood"}}));
+  EXPECT_EQ(names({"CryptoMaterial", "CryptoObject"}),
             (MatteNames{.objects = {"chair"}, .materials = {"wood"}}));
+}
+
+TEST(JobOptions, names_that_are_too_many_for_a_job_are_left_out_with_a_note) {
+  scene::Scene scene = chair_of_wood();
+  JobOptions options;
+  options.aovs = {"CryptoObject", "CryptoMaterial"};
+  std::vector<std::string> notes;
+  job_from(scene, options, Digest{}, &notes);
+  EXPECT_TRUE(notes.empty());
   scene.shapes[1].name = std::string(200'000, 'x');
-  EXPECT_TRUE(job_from(scene, options, Digest{}).cryptomatte.empty());
+  const JobSpec spec = job_from(scene, options, Digest{}, &notes);
+  EXPECT_EQ(spec.cryptomatte, (MatteNames{.objects = {}, .materials = {"wood"}}));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("CryptoObject comes without a manifest"), std::string::npos) << notes[0];
+  options.aovs = {"CryptoMaterial"};
+  notes.clear();
+  job_from(scene, options, Digest{}, &notes);
+  EXPECT_TRUE(notes.empty()) << "no object's name is asked for";
 }
 
 TEST(Size, is_read_whole_or_not_at_all) {

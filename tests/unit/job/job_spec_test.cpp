@@ -302,6 +302,15 @@ TEST(JobPlan, knows_its_tasks) {
   EXPECT_FALSE(plan.contains({.frame = 3, .tile = 11, .pass = 5}));
 }
 
+TEST(JobSpec, for_workers_is_the_same_but_for_names_for_manifests) {
+  JobSpec spec = some_spec();
+  spec.cryptomatte.objects = {"floor"};
+  const JobSpec told = for_workers(spec);
+  EXPECT_TRUE(told.cryptomatte.empty());
+  EXPECT_EQ(JobPlan(told).digest, JobPlan(spec).digest);
+  EXPECT_EQ(told, for_workers(some_spec()));
+}
+
 TEST(PlanDigest, covers_all_that_decides_a_task_and_neither_name_nor_priority) {
   const Digest digest = JobPlan(some_spec()).digest;
   const auto changed = [](const std::function<void(JobSpec&)>& change) {

@@ -56,9 +56,71 @@ TEST(MatteNames, go_through_JSON_and_may_not_be_too_long_or_no_text) {
   const MatteNames many{.objects = std::vector<std::string>(10'000, "ten letters"),
                         .materials = {}};
   for (const MatteNames& bad : {broken, escaped, many}) {
-    EXPECT_FALSE(can_travel(bad));
+    EXPECT_FALSE(can_stand(bad));
     EXPECT_THROW(check(bad), Error);
   }
+}
+
+std::size_t bytes_of(const MatteNames& names) { return to_json(names).dump().size(); }
+
+/// Of so many bytes as JSON, with quotes that are escaped and a comma between each two of them.
+std::vector<std::string> names_of(std::size_t bytes) {
+  std::vector<std::string> out{"\"quoted\"", "a\nb"};
+  const auto lacking = [&] { return bytes - bytes_of({.objects = out, .materials = {}}); };
+  while (lacking() > 1000) out.emplace_back(500, 'x');
+  out.emplace_back(lacking() - 3, 'y');
+  return out;
+}
+
+TEST(MatteNames, are_counted_to_the_byte_that_their_JSON_has) {
+  const MatteNames full{.objects = names_of(matte_names_most), .materials = {}};
+  ASSERT_EQ(bytes_of(full), matte_names_most);
+  EXPECT_TRUE(can_stand(full));
+  EXPECT_TRUE(fitting(full).left_out.empty());
+  MatteNames more = full;
+  more.objects.back() += 'z';
+  EXPECT_FALSE(can_stand(more));
+  EXPECT_TRUE(fitting(more).names.empty());
+  // Names alone are less than that by far; what stands around them counts.
+  const MatteNames short_ones{.objects = std::vector<std::string>(matte_names_most / 3, ""),
+                              .materials = {}};
+  EXPECT_FALSE(can_stand(short_ones));
+}
+
+TEST(MatteNames, that_do_not_fit_leave_out_objects_first_and_say_so) {
+  const std::vector<std::string> few{"a", "b"}, half = names_of(matte_names_most / 2 + 10),
+                                                far = names_of(2 * matte_names_most);
+  const auto fit = [](const std::vector<std::string>& objects,
+                      const std::vector<std::string>& materials) {
+    return fitting({.objects = objects, .materials = materials});
+  };
+  const FittingNames both = fit(few, half);
+  EXPECT_EQ(both.names, (MatteNames{few, half}));
+  EXPECT_TRUE(both.left_out.empty());
+  for (const auto& objects : {half, far}) {
+    const FittingNames some = fit(objects, half);
+    EXPECT_EQ(some.names, (MatteNames{{}, half}));
+    EXPECT_THAT(some.left_out,
+                ElementsAre(testing::AllOf(HasSubstr("CryptoObject"), HasSubstr("96 KiB"))));
+  }
+  const FittingNames objects = fit(few, far);
+  EXPECT_EQ(objects.names, (MatteNames{few, {}}));
+  EXPECT_THAT(objects.left_out, ElementsAre(HasSubstr("CryptoMaterial")));
+  EXPECT_EQ(fit(far, far).left_out.size(), 2U);
+  EXPECT_TRUE(fit(far, far).names.empty());
+  const FittingNames broken = fit({"\xff"}, few);
+  EXPECT_EQ(broken.names, (MatteNames{{}, few}));
+  EXPECT_THAT(broken.left_out, ElementsAre(HasSubstr("UTF-8")));
+}
+
+TEST(MatteNames, of_mattes_that_are_asked_for_alone_are_missed) {
+  const MatteNames names{.objects = {"a"}, .materials = {}};
+  const std::vector<std::string> both{"CryptoMaterial", "N", "CryptoObject"},
+      objects{"CryptoObject"}, none{"N"};
+  EXPECT_THAT(mattes_without_names(both, names), ElementsAre("CryptoMaterial"));
+  EXPECT_THAT(mattes_without_names(both, {}), ElementsAre("CryptoObject", "CryptoMaterial"));
+  EXPECT_TRUE(mattes_without_names(objects, names).empty());
+  EXPECT_TRUE(mattes_without_names(none, {}).empty());
 }
 
 using Channels = std::array<double, matte_channels>;

@@ -53,6 +53,28 @@ TEST(Jobs, SubmitRefusesWhatIsWrongOrNotHere) {
   farm.run(scenario());
 }
 
+TEST(Jobs, WorkersAreNotToldNamesForManifests) {
+  Farm farm;
+  ScriptedWorker worker("one");
+  JobSpec spec = farm.spec();
+  spec.cryptomatte = {.objects = {"floor"}, .materials = {"white"}};
+  JobId id = 0;
+  std::optional<JobSpec> told;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (order.spec) told = order.spec;
+    EXPECT_EQ(order.plan, JobPlan(spec).digest);
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return told.has_value(); });
+  };
+  farm.run(scenario());
+  EXPECT_TRUE(told->cryptomatte.empty());
+  EXPECT_FALSE(nlohmann::json(to_json(*told)).contains("cryptomatte"));
+  EXPECT_EQ(farm.coordinator->job(id)->plan->spec.cryptomatte, spec.cryptomatte);
+}
+
 TEST(Jobs, CancelledOneKeepsItsPictureAndIsNoLongerWorkedOn) {
   Farm farm;
   JobId id = 0;
