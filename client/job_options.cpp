@@ -70,14 +70,19 @@ std::string name_of(const scene::Scene& scene, const JobOptions& options) {
   return options.scene.stem().string();
 }
 
+std::vector<std::string> texts(const std::vector<std::string_view>& names) {
+  return {names.begin(), names.end()};
+}
+
 /// For the manifests of those Cryptomattes that the job asks for; what is left out of them is said
 /// in `notes`.
 MatteNames matte_names(const std::vector<std::string>& aovs, const scene::Scene& scene,
                        std::vector<std::string>* notes) {
   MatteNames names;
   for (const AovUse& use : aov_uses(aovs)) {
-    if (use.aov == Aov::crypto_object) names.objects = scene::object_names(scene).names;
-    if (use.aov == Aov::crypto_material) names.materials = scene::material_names(scene).names;
+    if (use.aov == Aov::crypto_object) names.objects = texts(scene::object_names(scene).names);
+    if (use.aov == Aov::crypto_material)
+      names.materials = texts(scene::material_names(scene).names);
   }
   FittingNames fit = fitting(std::move(names));
   if (notes != nullptr)

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/scene/image_bytes.hpp"
 #include "common/scene/outline.hpp"
+#include "common/scene/texture_uses.hpp"
 
 namespace tessera::client {
 
@@ -29,16 +31,28 @@ std::uint64_t triangles_of(const Disk&) { return 2; }  // the square around it
 std::uint64_t triangles_of(const Box&) { return 12; }
 std::uint64_t triangles_of(const Sphere&) { return 0; }
 
+/// Which texture coordinates a worker keeps of a shape, where it has them: those that its material
+/// looks at, and set 0 for jobs that ask for the AOV `UV`.
+struct Coordinates {
+  bool first = false, second = false;
+};
+constexpr std::uint64_t coordinates_bytes = 8;  ///< of a vertex
+
 /// As the renderer keeps it: a normal takes 4 bytes.
-std::uint64_t bytes_of(const Mesh& mesh) {
+std::uint64_t bytes_of(const Mesh& mesh, const Coordinates& kept) {
   const scene::MeshSize size = size_of(mesh);
-  return size.positions * 12 + size.normals * 4 + size.uvs * 8 + size.tangents * 4 +
+  // The first set stands in for the second where there is none.
+  const bool first = kept.first || (kept.second && size.uvs1 == 0);
+  const std::uint64_t uvs = (first ? size.uvs : 0) + (kept.second ? size.uvs1 : 0);
+  return size.positions * 12 + size.normals * 4 + uvs * coordinates_bytes + size.tangents * 4 +
          size.colors * 8 + size.triangles * face_bytes;
 }
-std::uint64_t bytes_of(const Quad&) { return 4 * 12 + 16 + 2; }
-std::uint64_t bytes_of(const Disk&) { return bytes_of(Quad{}); }
-std::uint64_t bytes_of(const Box&) { return 6 * bytes_of(Quad{}); }
-std::uint64_t bytes_of(const Sphere&) { return 16 + 2; }
+std::uint64_t bytes_of(const Quad&, const Coordinates& kept) {
+  return 4 * 12 + 16 + 2 + (kept.first || kept.second ? 4 * coordinates_bytes : 0);
+}
+std::uint64_t bytes_of(const Disk&, const Coordinates& kept) { return bytes_of(Quad{}, kept); }
+std::uint64_t bytes_of(const Box&, const Coordinates& kept) { return 6 * bytes_of(Quad{}, kept); }
+std::uint64_t bytes_of(const Sphere&, const Coordinates&) { return 16 + 2; }
 
 std::uint64_t triangles_of(const std::vector<scene::Shape>& shapes) {
   std::uint64_t out = 0;
@@ -47,11 +61,25 @@ std::uint64_t triangles_of(const std::vector<scene::Shape>& shapes) {
   return out;
 }
 
-void count(const std::vector<scene::Shape>& shapes, SceneFacts& out) {
+/// By the scene's materials.
+std::vector<Coordinates> coordinates_kept(const scene::Scene& from) {
+  const auto& aovs = from.render.aovs;
+  const bool for_aov = std::find(aovs.begin(), aovs.end(), "UV") != aovs.end();
+  std::vector<Coordinates> out;
+  for (const scene::Material& material : from.materials) {
+    const auto [first, second] = coordinate_sets(material, from.materials);
+    out.push_back({first || for_aov, second});
+  }
+  return out;
+}
+
+void count(const std::vector<scene::Shape>& shapes, const std::vector<Coordinates>& kept,
+           SceneFacts& out) {
   out.triangles += triangles_of(shapes);
   out.shapes += shapes.size();
   for (const scene::Shape& shape : shapes) {
-    out.geometry_bytes += std::visit([](const auto& one) { return bytes_of(one); }, shape.geometry);
+    out.geometry_bytes += std::visit(
+        [&](const auto& one) { return bytes_of(one, kept[shape.material]); }, shape.geometry);
     if (std::holds_alternative<Sphere>(shape.geometry)) ++out.spheres;
   }
 }
@@ -82,11 +110,12 @@ SceneFacts facts_of(const scene::LoadedScene& loaded, std::uint64_t decoded_byte
   out.name = from.name;
   out.width = from.render.width;
   out.height = from.render.height;
-  count(from.shapes, out);
+  const std::vector<Coordinates> kept = coordinates_kept(from);
+  count(from.shapes, kept, out);
   out.triangles_placed = out.triangles;
   std::vector<std::uint64_t> of_object;
   for (const scene::Object& object : from.objects) {
-    count(object.shapes, out);
+    count(object.shapes, kept, out);
     of_object.push_back(triangles_of(object.shapes));
   }
   for (const scene::Instance& instance : from.instances)

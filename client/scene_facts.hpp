@@ -24,7 +24,8 @@ struct SceneFacts {
   std::uint64_t image_bytes = 0;     ///< as they are encoded
   std::uint64_t texture_bytes = 0;   ///< in a worker's memory, with their mip levels
   std::uint64_t geometry_bytes = 0;  ///< of vertices and faces, without the hierarchy over them
-  std::uint64_t memory_bytes = 0;    ///< that a worker needs for all of it, about
+  std::uint64_t memory_bytes = 0;    ///< that a worker needs for all of it, about, for the AOVs
+                                     ///< that the scene asks for
   std::vector<std::string> variants, animations;
   std::vector<std::string> cameras;
   double duration = 0;  ///< of what moves, seconds

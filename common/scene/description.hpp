@@ -8,6 +8,7 @@
 
 #include "common/job/job_spec.hpp"
 #include "common/scene/material.hpp"
+#include "common/scene/name_list.hpp"
 #include "common/scene/texture.hpp"
 
 /// A scene as a person wrote it, parsed and checked, before anything renders. Right-handed, y up by
@@ -71,7 +72,7 @@ struct Box {
 /// How many of each a mesh has.
 struct MeshSize {
   std::uint64_t positions = 0, normals = 0;
-  std::uint64_t uvs = 0;  ///< of both sets
+  std::uint64_t uvs = 0, uvs1 = 0;
   std::uint64_t tangents = 0, colors = 0, triangles = 0;
 };
 struct Mesh {
@@ -103,8 +104,8 @@ struct Object {
 struct Instance {
   std::uint32_t object = 0;  ///< index into Scene::objects
   Transform to_world;
-  Visibility visibility = {};  ///< with that of each of its shapes
-  std::string name = {};       ///< empty: its object's
+  Visibility visibility = {};           ///< with that of each of its shapes
+  std::uint32_t name = NameList::none;  ///< in Scene::instance_names; none: its object's
 };
 
 // ---- camera, environment ----
@@ -186,6 +187,7 @@ struct Scene {
   std::vector<Shape> shapes;  ///< placed once, in the world
   std::vector<Object> objects;
   std::vector<Instance> instances;
+  NameList instance_names;
   /// The camera does not see what is infinitely far: the picture is transparent there.
   bool film_transparent = false;
   RenderSettings render;  ///< what the scene file asks for; a command line may override it

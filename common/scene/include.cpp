@@ -7,6 +7,7 @@
 
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/parts.hpp"
+#include "common/scene/texture_uses.hpp"
 
 namespace tessera::scene {
 
@@ -48,38 +49,68 @@ void move(PunctualLight& light, const Transform& t) {
   }
 }
 
-/// The textures that a material looks up, each of its uses.
-std::vector<TextureUse*> uses_of(Material& material) {
-  std::vector<TextureUse*> out;
-  const auto add = [&](std::optional<TextureUse>& use) {
-    if (use) out.push_back(&*use);
-  };
-  if (auto* surface = std::get_if<Principled>(&material.surface)) {
-    for (ColorInput* input : {&surface->base_color, &surface->specular_color, &surface->emission})
-      add(input->texture);
-    for (ScalarInput* input :
-         {&surface->metallic, &surface->roughness, &surface->specular, &surface->transmission,
-          &surface->clearcoat, &surface->clearcoat_roughness, &surface->anisotropy})
-      add(input->texture);
-    add(surface->anisotropy_direction);
-    if (surface->clearcoat_normal) out.push_back(&surface->clearcoat_normal->texture);
-  }
-  add(material.opacity.alpha.texture);
-  if (material.normal_map) out.push_back(&material.normal_map->texture);
-  if (material.bump_map) out.push_back(&material.bump_map->texture);
-  return out;
-}
-
 /// A glTF file, and how it joins the scene.
 struct Inclusion {
   Value file;
   Transform to_world = {};
   Visibility visibility = {};
+  std::string name = {};  ///< before those of its objects; empty: none
   gltf::Options options = {};
 
   /// Two of one key bring the same.
   using Key = std::tuple<std::string, std::optional<std::string>, gltf::Units>;
   [[nodiscard]] Key key() const { return {file.text(), options.variant, options.units}; }
+};
+
+/// A file that was read.
+struct Part {
+  Scene scene;                     ///< with the scene's numbers of materials and objects
+  std::uint32_t first_object = 0;  ///< of its objects, which stand one after the other
+  std::uint32_t end_object = 0;
+  std::optional<std::uint32_t> whole;  ///< the object that its shapes are, if several stand
+  std::vector<std::uint32_t> names;    ///< by those of its instances: the scene's, or none as yet
+};
+
+/// What the instances of a part are called where it is included. Each name is in the scene's list
+/// once.
+class InstanceNamer {
+ public:
+  InstanceNamer(Part& part, const std::string& name, const std::vector<Object>& objects,
+                NameList& list)
+      : part_(part), name_(name), objects_(objects), list_(list) {
+    if (name.empty()) return;
+    by_name_.resize(part.scene.instance_names.size(), NameList::none);
+    by_object_.resize(part.end_object - part.first_object, NameList::none);
+  }
+
+  std::uint32_t operator()(const Instance& instance) {
+    if (instance.name == NameList::none) return by_object(instance.object);
+    std::uint32_t& number = (name_.empty() ? part_.names : by_name_)[instance.name];
+    if (number == NameList::none)
+      number = list_.add(within(part_.scene.instance_names[instance.name]));
+    return number;
+  }
+
+  /// Behind the inclusion's name, if it has one.
+  [[nodiscard]] std::string within(std::string_view name) const {
+    return name_.empty() ? std::string(name) : fmt::format("{}/{}", name_, name);
+  }
+
+ private:
+  /// Of one that has no name of its own.
+  std::uint32_t by_object(std::uint32_t object) {
+    if (name_.empty()) return NameList::none;
+    std::uint32_t& number = by_object_[object - part_.first_object];
+    if (number == NameList::none)
+      number = list_.add(part_.whole == object ? name_ : within(objects_[object].name));
+    return number;
+  }
+
+  Part& part_;
+  const std::string& name_;
+  const std::vector<Object>& objects_;
+  NameList& list_;
+  std::vector<std::uint32_t> by_name_, by_object_;  ///< the scene's, where the inclusion has a name
 };
 
 class Includer {
@@ -92,45 +123,51 @@ class Includer {
 
   /// `several`: it is not the only one of its key. What a file brings is in memory once.
   void add(const Inclusion& wanted, bool several) {
-    Scene& part = part_of(wanted, several);
+    Part& part = part_of(wanted, several);
+    InstanceNamer name_of(part, wanted.name, out_.objects, out_.instance_names);
     const Transform& to_world = wanted.to_world;
     if (!several)
-      for (Shape& shape : part.shapes) {
+      for (Shape& shape : part.scene.shapes) {
+        shape.name = name_of.within(shape.name);
         shape.to_world = to_world * shape.to_world;
         shape.visibility = wanted.visibility;
         out_.shapes.push_back(std::move(shape));
       }
-    for (const Instance& instance : part.instances)
+    for (const Instance& instance : part.scene.instances)
       out_.instances.push_back(
-          {instance.object, to_world * instance.to_world, wanted.visibility, instance.name});
-    take_named(part.lights, out_.lights, own_lights_, to_world);
+          {instance.object, to_world * instance.to_world, wanted.visibility, name_of(instance)});
+    take_named(part.scene.lights, out_.lights, own_lights_, to_world);
     // No two cameras have one name: --camera could not tell them apart.
-    take_named(part.cameras, out_.cameras, out_.cameras.size(), to_world);
+    take_named(part.scene.cameras, out_.cameras, out_.cameras.size(), to_world);
   }
 
  private:
   /// Where several of it will stand, its shapes are an object of which each is an instance.
-  Scene& part_of(const Inclusion& wanted, bool several) {
+  Part& part_of(const Inclusion& wanted, bool several) {
     const auto [found, fresh] = parts_.try_emplace(wanted.key());
-    Scene& part = found->second;
-    if (!fresh) return part;
-    part = reading_.load_part(wanted.file, wanted.options);
+    Part& read = found->second;
+    if (!fresh) return read;
+    read.scene = reading_.load_part(wanted.file, wanted.options);
+    Scene& part = read.scene;
     take_materials(part, wanted.file);
     const auto renumber = [&](std::vector<Shape>& shapes) {
       for (Shape& shape : shapes) shape.material = materials_[shape.material];
     };
-    const auto first_object = static_cast<std::uint32_t>(out_.objects.size());
+    read.first_object = static_cast<std::uint32_t>(out_.objects.size());
     for (Object& object : part.objects) {
       renumber(object.shapes);
       out_.objects.push_back(std::move(object));
     }
-    for (Instance& instance : part.instances) instance.object += first_object;
+    for (Instance& instance : part.instances) instance.object += read.first_object;
     renumber(part.shapes);
     if (several && !part.shapes.empty()) {
-      part.instances.push_back({static_cast<std::uint32_t>(out_.objects.size()), {}});
+      read.whole = static_cast<std::uint32_t>(out_.objects.size());
+      part.instances.push_back({*read.whole, {}});
       out_.objects.push_back({wanted.file.text(), std::move(part.shapes)});
     }
-    return part;
+    read.end_object = static_cast<std::uint32_t>(out_.objects.size());
+    read.names.resize(part.instance_names.size(), NameList::none);
+    return read;
   }
 
   /// A material of the scene's own takes the place of an included one of its name.
@@ -154,7 +191,7 @@ class Includer {
       if (same != end) continue;
       if (reading_.materials.size() == materials_most)
         file.fail(fmt::format("with it the scene has more than {} materials", materials_most));
-      for (TextureUse* use : uses_of(material)) use->texture += first_texture;
+      for (TextureUse* use : texture_uses(material)) use->texture += first_texture;
       reading_.materials.push_back(std::move(material));
     }
   }
@@ -177,8 +214,7 @@ class Includer {
   Scene& out_;
   std::size_t own_materials_, own_lights_;  ///< the scene's; included ones stand behind them
   std::vector<std::uint32_t> materials_;    ///< of the part → of the scene
-  /// Files that were read, with the scene's numbers of materials and objects.
-  std::map<Inclusion::Key, Scene> parts_;
+  std::map<Inclusion::Key, Part> parts_;
 };
 
 Inclusion read_inclusion(const Value& item) {
@@ -195,6 +231,7 @@ Inclusion read_inclusion(const Value& item) {
   if (const auto units = in.optional("units"))
     out.options.units = read_word(*units, "units", gltf::unit_names);
   out.visibility = read_visibility(in);
+  if (const auto name = in.optional("name")) out.name = plain_name(*name);
   in.finish();
   return out;
 }

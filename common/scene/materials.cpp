@@ -215,9 +215,7 @@ std::vector<Material> read_materials(const Value& materials, Reading& reading) {
   for (const Value::Member& member : materials.members()) {
     if (out.size() == materials_most)
       member.key.fail(fmt::format("the scene has more than {} materials", materials_most));
-    const std::string& name = member.key.text();
-    if (!is_plain_name(name))
-      member.key.fail("expected a name of 1 to 128 bytes without control characters");
+    const std::string& name = plain_name(member.key);
     Fields fields(member.value);
     const std::string type = read_name(fields, "type", "material type", types);
     index.emplace(name, static_cast<std::uint32_t>(out.size()));

@@ -20,11 +20,16 @@ Visibility read_visibility(Fields& in) {
   return out;
 }
 
+const std::string& plain_name(const Value& value) {
+  if (!is_plain_name(value.text()))
+    value.fail("expected a name of 1 to 128 bytes without control characters");
+  return value.text();
+}
+
 std::vector<Object> read_objects(const Value& objects, Reading& reading) {
   std::vector<Object> out;
   for (const Value::Member& member : objects.members()) {
-    if (!is_plain_name(member.key.text()))
-      member.key.fail("expected a name of 1 to 128 bytes without control characters");
+    (void)plain_name(member.key);
     Fields in(member.value);
     const Value shapes = in.required("shapes");
     const Visibility visibility = read_visibility(in);
@@ -36,11 +41,9 @@ std::vector<Object> read_objects(const Value& objects, Reading& reading) {
   return out;
 }
 
-std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
-                                     std::size_t first, const Reading& reading) {
+void read_instances(const Value& instances, std::size_t first, const Reading& reading, Scene& out) {
   std::vector<std::string_view> names;
-  for (std::size_t i = first; i < objects.size(); ++i) names.push_back(objects[i].name);
-  std::vector<Instance> out;
+  for (std::size_t i = first; i < out.objects.size(); ++i) names.push_back(out.objects[i].name);
   for (const Value& value : instances.items("a list of instances")) {
     Fields in(value);
     Instance instance;
@@ -51,16 +54,16 @@ std::vector<Instance> read_instances(const Value& instances, const std::vector<O
     if (found == names.end()) object.fail(unknown_name("object", object.text(), names));
     instance.object =
         static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(found - names.begin());
-    instance.name = in.text_or("name", "");
+    if (const auto name = in.optional("name"))
+      instance.name = out.instance_names.add(plain_name(*name));
     const auto transform = in.optional("transform");
     if (transform) instance.to_world = read_transform(*transform);
     instance.visibility = read_visibility(in);
     in.finish();
-    for (const Shape& shape : objects[instance.object].shapes)
+    for (const Shape& shape : out.objects[instance.object].shapes)
       check_placed(shape, instance.to_world * shape.to_world, reading, transform.value_or(value));
-    out.push_back(instance);
+    out.instances.push_back(instance);
   }
-  return out;
 }
 
 }  // namespace tessera::scene

@@ -28,7 +28,8 @@ MeshSize size_of(const Mesh& mesh) {
   if (mesh.outlined) return *mesh.outlined;
   return {.positions = mesh.positions.size(),
           .normals = mesh.normals.size(),
-          .uvs = mesh.uvs.size() + mesh.uvs1.size(),
+          .uvs = mesh.uvs.size(),
+          .uvs1 = mesh.uvs1.size(),
           .tangents = mesh.tangents.size(),
           .colors = mesh.colors.size(),
           .triangles = mesh.triangles.size()};

@@ -115,12 +115,14 @@ std::vector<Shape> read_shapes(const Value& shapes, Reading& reading);
 /// A member `visibility` of a shape, an object, an instance or an included file.
 Visibility read_visibility(Fields& in);
 
+/// The text at `value`, which must be a plain name (names.hpp).
+const std::string& plain_name(const Value& value);
+
 /// An object of objects by name.
 std::vector<Object> read_objects(const Value& objects, Reading& reading);
-/// A list of instances of `objects`, of which the scene's own begin at `first`, behind those that
-/// were included.
-std::vector<Instance> read_instances(const Value& instances, const std::vector<Object>& objects,
-                                     std::size_t first, const Reading& reading);
+/// A list of instances of the scene's objects, of which its own begin at `first`, behind those that
+/// were included: they join the scene's.
+void read_instances(const Value& instances, std::size_t first, const Reading& reading, Scene& out);
 
 /// Throws at `place` if `shape`, which `to_world` brings into the world, can not stand there: a
 /// sphere that emits and becomes an ellipsoid, or what is made flat.

@@ -209,8 +209,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (const auto objects = root.optional("objects"))
     for (Object& object : read_objects(*objects, reading)) out.objects.push_back(std::move(object));
   if (const auto instances = root.optional("instances"))
-    for (const Instance& instance : read_instances(*instances, out.objects, included, reading))
-      out.instances.push_back(instance);
+    read_instances(*instances, included, reading, out);
   out.materials = std::move(reading.materials);
   read_light_groups(root, out);
   root.finish();

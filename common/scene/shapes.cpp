@@ -124,7 +124,8 @@ std::vector<Shape> read_shapes(const Value& shapes, Reading& reading) {
     Fields in(value);
     Shape shape;
     const std::string type = read_name(in, "type", "shape type", types);
-    shape.name = in.text_or("name", fmt::format("{} {}", type, out.size()));
+    const auto name = in.optional("name");
+    shape.name = name ? plain_name(*name) : fmt::format("{} {}", type, out.size());
     shape.material = read_material(in, reading, index);
     shape.visibility = read_visibility(in);
     const auto transform = in.optional("transform");

@@ -24,6 +24,9 @@ class Checker {
       for (const scene::Shape& shape : object.shapes) check(shape);
     for (const scene::Instance& instance : scene_.instances) {
       require(instance.object < scene_.objects.size(), "an instance has its object");
+      require(
+          instance.name == scene::NameList::none || instance.name < scene_.instance_names.size(),
+          "an instance has its name");
       check(instance.to_world);
     }
     if (scene_.environment && scene_.environment->image)

@@ -166,9 +166,11 @@ SceneMaker instances() {
   scene.shapes.clear();
   maker.add(grey, scene::Sphere{{0, 30, 0}, 1}, scale(1, 1, 0.5));
   scene.shapes[0].name = "egg";
-  scene.instances = {{0, translate(-10, 0, 0), {}, "left"},
+  const std::uint32_t left = scene.instance_names.add("left"),
+                      middle = scene.instance_names.add("middle");
+  scene.instances = {{0, translate(-10, 0, 0), {}, left},
                      {0, translate(10, 0, 0), {}},
-                     {1, translate(0, -30, 0), {}, "middle"}};
+                     {1, translate(0, -30, 0), {}, middle}};
   return maker;
 }
 

@@ -108,7 +108,7 @@ SceneMaker& SceneMaker::scaled(double factor, scene::Vec3 shift) {
 
 Scene SceneMaker::build(double albedo_of_emitters) const {
   scene::Scene copy = description;
-  Scene scene = worker::build_scene(std::move(copy), accel::Device());
+  Scene scene = worker::build_scene(std::move(copy), accel::Device(), {}, {.coordinates = true});
   if (albedo_of_emitters < 0) return scene;
   for (CompiledMaterial& material : scene.materials) {
     if (!material.emits()) continue;

@@ -23,17 +23,27 @@ using Built = std::shared_ptr<const render::Scene>;
 
 /// What a moving scene's other moments are built from.
 struct Moving {
-  Moving(const assets::Bundle& bundle, const SceneFiles& where, const scene::LoadedScene& first)
-      : path(bundle.scene), files(where), duration(first.duration), made_up(first.made_up) {}
+  Moving(const assets::Bundle& bundle, const SceneFiles& where, const scene::LoadedScene& first,
+         const render::SceneNeeds& keep)
+      : path(bundle.scene),
+        files(where),
+        duration(first.duration),
+        made_up(first.made_up),
+        needs(keep) {}
   std::string path;
   scene::BundleFiles files;
   double duration;  ///< seconds, after which all stands still
   scene::MadeUp made_up;
+  render::SceneNeeds needs;
   Moments<render::Scene> moments{2};
 };
 
 class PathScene : public PreparedScene {
  public:
+  bool serves(const RenderSettings& settings) const override {
+    return first->keeps.cover(render::needs_of(settings));
+  }
+
   Built first;                     ///< as it is at the time 0
   std::unique_ptr<Moving> moving;  ///< none: it is so at all times
 };
@@ -56,12 +66,15 @@ class PathRenderer : public TaskRenderer {
   int threads() const override { return threads_; }
 
   std::shared_ptr<const PreparedScene> prepare(const assets::Bundle& bundle,
-                                               const SceneFiles& files, const Fraction& progress,
+                                               const SceneFiles& files,
+                                               const RenderSettings& settings,
+                                               const Fraction& progress,
                                                std::stop_token stop) override {
+    const render::SceneNeeds needs = render::needs_of(settings);
     scene::LoadedScene loaded = scene::load_scene(scene::BundleFiles(files), bundle.scene);
     auto out = std::make_shared<PathScene>();
-    if (loaded.duration > 0) out->moving = std::make_unique<Moving>(bundle, files, loaded);
-    out->first = build(std::move(loaded), progress, stop);
+    if (loaded.duration > 0) out->moving = std::make_unique<Moving>(bundle, files, loaded, needs);
+    out->first = build(std::move(loaded), needs, progress, stop);
     return out->first ? out : nullptr;
   }
 
@@ -92,7 +105,8 @@ class PathRenderer : public TaskRenderer {
 
  private:
   /// Empty if `stop` was asked for.
-  Built build(scene::LoadedScene loaded, const Fraction& progress, const std::stop_token& stop) {
+  Built build(scene::LoadedScene loaded, const render::SceneNeeds& needs, const Fraction& progress,
+              const std::stop_token& stop) {
     if (stop.stop_requested()) return nullptr;
     progress(0.5);
     const accel::Progress building = [&](double fraction) {
@@ -102,7 +116,7 @@ class PathRenderer : public TaskRenderer {
     try {
       return arena_.execute([&] {
         return std::make_shared<const render::Scene>(
-            worker::build_scene(std::move(loaded.scene), device_, building));
+            worker::build_scene(std::move(loaded.scene), device_, building, needs));
       });
     } catch (const Error&) {
       if (stop.stop_requested()) return nullptr;  // the build says that it was given up
@@ -132,7 +146,7 @@ class PathRenderer : public TaskRenderer {
     if (stop.stop_requested()) return nullptr;
     return build(
         scene::load_scene(moving.files, moving.path, {.time = time, .made_up = moving.made_up}),
-        [](double) {}, stop);
+        moving.needs, [](double) {}, stop);
   }
 
   static render::TaskRequest request_of(const JobSpec& spec, const RenderRequest& request) {

@@ -17,6 +17,7 @@ class PinnedScene : public PreparedScene {
  public:
   PinnedScene(std::shared_ptr<const PreparedScene> scene, FetchedBundle files)
       : scene_(std::move(scene)), files_(std::move(files)) {}
+  bool serves(const RenderSettings& settings) const override { return scene_->serves(settings); }
 
  private:
   std::shared_ptr<const PreparedScene> scene_;
@@ -101,8 +102,7 @@ std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
                                                      const std::stop_token& stop,
                                                      std::string& step) {
   const JobSpec& spec = order.plan->spec;
-  std::erase_if(built_, [](const auto& entry) { return entry.second.expired(); });
-  if (auto scene = built_[spec.bundle].lock()) {
+  if (auto scene = built_.find(spec.bundle, spec.render)) {
     step = "scene";
     renderer_.check(*scene, spec);
     return scene;
@@ -115,7 +115,7 @@ std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
   const auto fetched_at = std::chrono::steady_clock::now();
   step = "scene";
   const auto scene = renderer_.prepare(
-      fetched->bundle, fetched->files,
+      fetched->bundle, fetched->files, spec.render,
       [this](double fraction) { on_progress_(0.5 + 0.5 * fraction); }, stop);
   if (!scene) return nullptr;
   for (const SharedFile& file : fetched->shared) file.check_unchanged();
@@ -126,7 +126,7 @@ std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
   // The pins live as long as the scene: both hang on one count.
   const auto pinned = std::make_shared<const PinnedScene>(scene, std::move(*fetched));
   std::shared_ptr<const PreparedScene> shared(pinned, scene.get());
-  built_[spec.bundle] = shared;
+  built_.add(spec.bundle, shared);
   return shared;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <condition_variable>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <thread>
 
 #include "worker/agent/agent_state.hpp"
+#include "worker/agent/built_scenes.hpp"
 #include "worker/agent/fetch.hpp"
 #include "worker/agent/renderer.hpp"
 
@@ -23,8 +23,8 @@ struct PrepareEnd {
   std::string reason;
 };
 
-/// One scene at a time. Two jobs with the same bundle share one scene. Functions are thread-safe;
-/// callbacks come from its thread.
+/// One scene at a time. Two jobs with the same bundle share one scene if it serves both. Functions
+/// are thread-safe; callbacks come from its thread.
 class Preparer {
  public:
   using OnEnd = std::function<void(PrepareEnd)>;
@@ -57,7 +57,7 @@ class Preparer {
   bool ending_ = false;
   std::optional<PrepareOrder> next_;
   std::stop_source stop_{std::nostopstate};
-  std::map<Digest, std::weak_ptr<const PreparedScene>> built_;  ///< by bundle; of this thread alone
+  BuiltScenes built_;  ///< of this thread alone
   std::thread thread_;
 };
 

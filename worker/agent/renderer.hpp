@@ -22,6 +22,9 @@ namespace tessera::agent {
 class PreparedScene {
  public:
   virtual ~PreparedScene() = default;
+  /// True if a job with these settings can be rendered from it, false if it was built for jobs that
+  /// look at less.
+  [[nodiscard]] virtual bool serves(const RenderSettings& settings) const = 0;
 };
 
 /// One task, without the names that the farm has for it.
@@ -56,10 +59,11 @@ class TaskRenderer {
   /// Threads that all tasks together use.
   [[nodiscard]] virtual int threads() const = 0;
 
-  /// Reads and builds a scene. Empty if `stop` was asked for. Throws Error with the place if the
-  /// scene cannot be built.
+  /// Reads and builds a scene that serves jobs with these settings. Empty if `stop` was asked for.
+  /// Throws Error with the place if the scene cannot be built.
   virtual std::shared_ptr<const PreparedScene> prepare(const assets::Bundle& bundle,
                                                        const SceneFiles& files,
+                                                       const RenderSettings& settings,
                                                        const Fraction& progress,
                                                        std::stop_token stop) = 0;
   /// Throws Error{bad_input} that names the key if the job asks for a camera, integrator, sampler

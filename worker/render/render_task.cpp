@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "common/base/error.hpp"
 #include "common/base/names.hpp"
 #include "common/base/thread_clock.hpp"
+#include "common/job/aovs.hpp"
 #include "common/scene/light_groups.hpp"
 #include "worker/render/aov_sums.hpp"
 #include "worker/render/camera.hpp"
@@ -164,12 +166,20 @@ image::TileImage empty_image(const Plan& plan) {
 
 }  // namespace
 
+SceneNeeds needs_of(const RenderSettings& settings) {
+  const std::vector<AovUse> uses = aov_uses(settings.aovs);
+  return {.coordinates = std::any_of(uses.begin(), uses.end(),
+                                     [](const AovUse& use) { return use.aov == Aov::uv; })};
+}
+
 void check_request(const Scene& scene, const TaskRequest& request) {
   (void)camera_of(scene, request.camera);
   (void)filter_kind(request.settings.filter);
   (void)sampler_kind(request.settings.sampler);
   (void)integrator(request.settings.integrator);
   scene::check_light_groups(request.settings.aovs, scene.light_groups);
+  if (!scene.keeps.cover(needs_of(request.settings)))
+    throw Error(ErrorKind::failed, "the scene was built without what the job's AOVs look at");
 }
 
 std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& request,

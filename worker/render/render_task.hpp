@@ -53,7 +53,11 @@ std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& r
                                         tbb::task_arena& arena, const TaskProgress& progress = {},
                                         const std::stop_token& stop = {});
 
-/// Throws Error{bad_input} if a name in the settings, or the camera, is not known.
+/// What a scene must keep for the AOVs of these settings.
+SceneNeeds needs_of(const RenderSettings& settings);
+
+/// Throws Error{bad_input} if a name in the settings, or the camera, is not known; Error{failed} if
+/// the scene does not keep what the AOVs need.
 void check_request(const Scene& scene, const TaskRequest& request);
 
 }  // namespace tessera::render

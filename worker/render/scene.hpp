@@ -54,7 +54,8 @@ struct Geometry {
   std::uint8_t details = 0;
   std::array<accel::LargeVector<Vec2>, 2> uvs;  ///< sets 0 and 1; one per position, or empty
   accel::LargeVector<std::uint32_t> tangents;   ///< encode_tangent's, one per position, or empty
-  /// Set 0 where no material wants it, so that it is not among `uvs`: for the AOV alone. Or empty.
+  /// Set 0 where no material wants it, so that it is not among `uvs`: for the AOV alone, where the
+  /// scene keeps it. Or empty.
   accel::LargeVector<Vec2> spare_uvs;
   /// Linear R, G, B, A as shares of 65535, one per position, or empty.
   accel::LargeVector<std::array<std::uint16_t, 4>> colors;
@@ -93,10 +94,21 @@ struct Placement {
   }
 };
 
+/// What AOVs look at and pictures do not: a scene keeps it only if it is built for a job that asks.
+struct SceneNeeds {
+  bool coordinates = false;  ///< texture coordinates that no material wants
+  bool operator==(const SceneNeeds&) const = default;
+  /// True if what is kept for these is enough for `other`.
+  [[nodiscard]] bool cover(const SceneNeeds& other) const {
+    return coordinates || !other.coordinates;
+  }
+};
+
 struct Scene {
   explicit Scene(const accel::Device& on) : device(on), accel(on) {}
 
   accel::Device device;
+  SceneNeeds keeps;
   std::vector<Group> groups;          ///< 0 is the world's
   std::vector<Placement> placements;  ///< 0 is the world's
   std::vector<CompiledMaterial> materials;

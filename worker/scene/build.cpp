@@ -112,9 +112,9 @@ render::Placement placement_of(const scene::Transform& to_world, std::uint32_t g
   return out;
 }
 
-std::vector<render::Identity> identities_of(const std::vector<std::string>& names) {
+std::vector<render::Identity> identities_of(const std::vector<std::string_view>& names) {
   std::vector<render::Identity> out;
-  for (const std::string& name : names)
+  for (const std::string_view name : names)
     out.push_back({static_cast<float>(out.size() + 1), matte_id(name)});
   return out;
 }
@@ -152,12 +152,48 @@ render::Light environment_light(const render::Bounds3& bounds,
   return light;
 }
 
+/// Puts the groups into the world, and their lights behind `lights`.
+void place_groups(const Arrangement& arrangement, const std::vector<MergedGroup>& merged,
+                  render::Scene& out, std::vector<render::Light>& lights) {
+  out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
+  out.placements.reserve(arrangement.placed.size() + 1);
+  out.placements.emplace_back();
+  out.placements[0].first_light =
+      add_lights(merged[0], out.materials, scene::Transform{}, render::no_id, lights);
+  for (const Arrangement::Placed& placed : arrangement.placed) {
+    const scene::Transform to_world = relative_to(placed.to_world, out.origin);
+    const auto instance =
+        out.world_geometries + static_cast<std::uint32_t>(out.placements.size() - 1);
+    out.placements.push_back(
+        placement_of(to_world, static_cast<std::uint32_t>(placed.group),
+                     add_lights(merged[placed.group], out.materials, to_world, instance, lights)));
+    out.placements.back().visibility = placed.visibility;
+    out.placements.back().object = placed.object;
+  }
+}
+
+void build_hierarchies(render::Scene& out, const accel::Progress& progress) {
+  for (std::size_t i = 1; i < out.groups.size(); ++i) {
+    out.group_accels.emplace_back(out.device);
+    add_to_accel(out.groups[i], out.group_accels.back());
+    out.group_accels.back().build(progress);
+  }
+  add_to_accel(out.groups[0], out.accel);
+  for (std::size_t i = 1; i < out.placements.size(); ++i) {
+    const std::array<accel::Affine, 1> keys{out.placements[i].to_world};
+    const render::Placement& placed = out.placements[i];
+    out.accel.add_instance(out.group_accels[placed.group - 1], keys, mask_of(placed.visibility));
+  }
+  out.accel.build(progress);
+}
+
 }  // namespace
 
 render::Scene build_scene(scene::Scene&& description, const accel::Device& device,
-                          const accel::Progress& progress) {
+                          const accel::Progress& progress, const render::SceneNeeds& needs) {
   scene::Scene from = std::move(description);
   render::Scene out(device);
+  out.keeps = needs;
   image::TexelBudget budget(picture_bytes_most());
   // Tables that materials share are made by the first that asks; pictures need not wait for it.
   tbb::parallel_invoke([&] { out.materials = compile_all(from.materials); },
@@ -174,7 +210,9 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   const scene::ObjectNames objects = scene::object_names(from);
   out.object_identities = identities_of(objects.names);
   out.material_identities = material_identities(from);
-  const Arrangement arrangement = arrange(from, out.materials, objects);
+  Arrangement arrangement = arrange(from, out.materials, objects);
+  // There may be millions, and they stand in the arrangement.
+  from.instances = std::vector<scene::Instance>();
   const Extent extent = extent_of(arrangement);
   out.origin = origin_for(extent);
   out.bounds = bounds_of(extent, out.origin);
@@ -183,25 +221,13 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   for (std::size_t i = 0; i < arrangement.groups.size(); ++i) {
     const bool world = i == 0;
     merged.push_back(merge(arrangement.groups[i], out.materials, out.textures,
-                           world ? out.origin : std::array<double, 3>{}));
+                           world ? out.origin : std::array<double, 3>{}, needs.coordinates));
   }
   // Embree takes its memory from the system, and would not find what meshes left here.
   malloc_trim(0);
-  out.world_geometries = static_cast<std::uint32_t>(merged[0].group.geometries.size());
   std::vector<render::Light> lights;
-  out.placements.emplace_back();
-  out.placements[0].first_light =
-      add_lights(merged[0], out.materials, scene::Transform{}, render::no_id, lights);
-  for (const Arrangement::Placed& placed : arrangement.placed) {
-    const scene::Transform to_world = relative_to(placed.to_world, out.origin);
-    const auto instance =
-        out.world_geometries + static_cast<std::uint32_t>(out.placements.size() - 1);
-    out.placements.push_back(
-        placement_of(to_world, static_cast<std::uint32_t>(placed.group),
-                     add_lights(merged[placed.group], out.materials, to_world, instance, lights)));
-    out.placements.back().visibility = placed.visibility;
-    out.placements.back().object = placed.object;
-  }
+  place_groups(arrangement, merged, out, lights);
+  arrangement.placed = std::vector<Arrangement::Placed>();
   if (from.environment) {
     out.has_environment = true;
     const scene::Environment& environment = *from.environment;
@@ -220,18 +246,7 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   for (MergedGroup& one : merged) out.groups.push_back(std::move(one.group));
   out.film_transparent = from.film_transparent;
   note_visibility(out);
-  for (std::size_t i = 1; i < out.groups.size(); ++i) {
-    out.group_accels.emplace_back(device);
-    add_to_accel(out.groups[i], out.group_accels.back());
-    out.group_accels.back().build(progress);
-  }
-  add_to_accel(out.groups[0], out.accel);
-  for (std::size_t i = 1; i < out.placements.size(); ++i) {
-    const std::array<accel::Affine, 1> keys{out.placements[i].to_world};
-    const render::Placement& placed = out.placements[i];
-    out.accel.add_instance(out.group_accels[placed.group - 1], keys, mask_of(placed.visibility));
-  }
-  out.accel.build(progress);
+  build_hierarchies(out, progress);
   return out;
 }
 

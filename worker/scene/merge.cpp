@@ -93,7 +93,8 @@ accel::Point rounded_point(const Vec3d& p) {
 /// Fills one geometry, shape after shape.
 class Filler {
  public:
-  Filler(const Bin& bin, const std::array<double, 3>& origin) : origin_(origin) {
+  Filler(const Bin& bin, const std::array<double, 3>& origin, bool all_coordinates)
+      : origin_(origin) {
     geometry_.kind = bin.kind;
     geometry_.round = bin.round;
     geometry_.visibility = bin.visibility;
@@ -108,7 +109,8 @@ class Filler {
       geometry_.spheres = accel::Buffer<accel::Sphere>(bin.size.faces);
     }
     make_room(geometry_, bin.details, bin.tangents, bin.size.vertices);
-    if (bin.coordinates && geometry_.uvs[0].empty()) geometry_.spare_uvs.resize(bin.size.vertices);
+    if (all_coordinates && bin.coordinates && geometry_.uvs[0].empty())
+      geometry_.spare_uvs.resize(bin.size.vertices);
     for (const PlacedShape* placed : bin.shapes) add(*placed);
   }
 
@@ -220,14 +222,15 @@ bool shines_as_one_with_next(const Geometry& geometry, std::uint32_t face,
 
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
-                  const render::TextureTable& textures, const std::array<double, 3>& origin) {
+                  const render::TextureTable& textures, const std::array<double, 3>& origin,
+                  bool all_coordinates) {
   for (const PlacedShape& placed : shapes) {
     const std::uint8_t wants = materials[placed.shape->material].wants;
     part_for_tangents(*placed.shape, details_of(*placed.shape, wants));
   }
   MergedGroup out;
   for (const Bin& bin : sort_into_bins(shapes, materials)) {
-    Geometry geometry = Filler(bin, origin).take();
+    Geometry geometry = Filler(bin, origin, all_coordinates).take();
     if (bin.emits) {
       const auto number = static_cast<std::uint32_t>(out.group.geometries.size());
       const std::vector<render::Color> radiances = mean_radiances(geometry, materials, textures);

@@ -25,9 +25,10 @@ struct MergedGroup {
 /// Copies the shapes into as few geometries as their kinds and flags allow, in double relative to
 /// `origin`, and frees each mesh as soon as its last copy is made. Of faces that emit, those are
 /// listed whose picture is not black; two triangles that are a parallelogram of one radiance are
-/// one.
+/// one. `all_coordinates`: those of set 0 are kept where no material wants them, too.
 MergedGroup merge(std::span<const PlacedShape> shapes,
                   std::span<const render::CompiledMaterial> materials,
-                  const render::TextureTable& textures, const std::array<double, 3>& origin);
+                  const render::TextureTable& textures, const std::array<double, 3>& origin,
+                  bool all_coordinates);
 
 }  // namespace tessera::worker

@@ -195,9 +195,17 @@ class Assembler {
     }
     const auto object = static_cast<std::uint32_t>(scene_.objects.size());
     scene_.objects.push_back({.name = mesh_name, .shapes = std::move(shapes)});
-    for (const Place& at : places)
-      scene_.instances.push_back(
-          {.object = object, .to_world = at.to_world, .name = name_of(at.node, {})});
+    // A node's places stand together, and share its name.
+    std::uint32_t name = NameList::none;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (i == 0 || places[i].node != places[i - 1].node) name = instance_name(places[i].node);
+      scene_.instances.push_back({.object = object, .to_world = places[i].to_world, .name = name});
+    }
+  }
+
+  std::uint32_t instance_name(int node) {
+    const std::string name = name_of(node, {});
+    return name.empty() ? NameList::none : scene_.instance_names.add(name);
   }
 
   /// Of data of vertices that no picture shows.

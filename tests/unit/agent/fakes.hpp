@@ -27,7 +27,10 @@ inline JobSpec test_spec(const Digest& bundle = digest_of("bundle"), int tile = 
   return spec;
 }
 
-class FakeScene : public PreparedScene {};
+class FakeScene : public PreparedScene {
+ public:
+  bool serves(const RenderSettings&) const override { return true; }
+};
 
 /// Tiles of zeros, as slowly as asked. While `hold` is set, renders wait for it or for their stop.
 class FakeRenderer : public TaskRenderer {
@@ -38,7 +41,7 @@ class FakeRenderer : public TaskRenderer {
   int threads() const override { return threads_; }
 
   std::shared_ptr<const PreparedScene> prepare(const assets::Bundle&, const SceneFiles& files,
-                                               const Fraction& progress,
+                                               const RenderSettings&, const Fraction& progress,
                                                std::stop_token stop) override {
     ++prepared;
     last_files = files;

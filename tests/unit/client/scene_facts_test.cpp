@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "tests/support/temporary_folder.hpp"
 
@@ -61,6 +62,30 @@ TEST(SceneFacts, count_what_is_kept_and_what_rays_meet) {
   EXPECT_EQ(facts.geometry_bytes, 36U + 70 + 7 * 66 + 18);
   EXPECT_EQ(facts.texture_bytes, 4000U) << "with mip levels";
   EXPECT_GT(facts.memory_bytes, facts.texture_bytes + facts.geometry_bytes);
+}
+
+TEST(SceneFacts, count_coordinates_where_a_texture_or_the_scenes_AOVs_look_at_them) {
+  const TemporaryFolder folder;
+  const auto bytes = [&](const std::optional<scene::TextureUse>& use,
+                         const std::vector<std::string>& aovs, bool second) {
+    scene::LoadedScene loaded = scene_of(folder);
+    scene::Scene& scene = loaded.scene;
+    scene.render.aovs = aovs;
+    std::get<scene::Principled>(scene.materials[1].surface).base_color.texture = use;
+    scene::Shape& shape = scene.objects[0].shapes[0];
+    shape.material = 1;
+    std::get<scene::Mesh>(shape.geometry).uvs.resize(3);
+    if (second) std::get<scene::Mesh>(shape.geometry).uvs1.resize(3);
+    return facts_of(loaded, 0).geometry_bytes;
+  };
+  const std::uint64_t none = bytes({}, {"N"}, true);
+  constexpr std::uint64_t of_mesh = 3 * 8, of_quads = 7 * 4 * 8;
+  const scene::TextureUse by_first, by_second{.uv_set = 1};
+  EXPECT_EQ(bytes(by_first, {}, true), none + of_mesh);
+  EXPECT_EQ(bytes(by_second, {}, true), none + of_mesh);
+  EXPECT_EQ(bytes(by_second, {}, false), none + of_mesh) << "the first stands in for it";
+  EXPECT_EQ(bytes({}, {"N", "UV"}, true), none + of_mesh + of_quads);
+  EXPECT_EQ(bytes(by_second, {"UV"}, true), none + 2 * of_mesh + of_quads);
 }
 
 TEST(SceneFacts, are_said_in_words_and_in_json) {

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <tuple>
 
 #include "tests/unit/scene/support.hpp"
 
@@ -368,6 +370,29 @@ TEST(Errors, no_changed_byte_of_a_good_scene_makes_a_crash) {
     good[at] = before;
   }
   EXPECT_GT(refused, 100);
+}
+
+TEST(Names, of_what_mattes_show_are_plain_texts_or_refused_at_their_place) {
+  const std::string parts = R"("materials": {"m": {"type": "diffuse"}},
+"objects": {"it": {"shapes": [{"type": "sphere", "material": "m"}]}},)";
+  for (const std::string& name :
+       {std::string(), std::string("a\\u0001"), std::string("a\\nb"), std::string(129, 'x')}) {
+    const std::string member = "\n\"name\": \"" + name + "\"";
+    for (const auto& [members, key, line] :
+         {std::tuple(R"("shapes": [{"type": "sphere", "material": "m",)" + member + "}],",
+                     "shapes[0].name", 4),
+          std::tuple(R"("instances": [{"object": "it",)" + member + "}],", "instances[0].name", 4),
+          std::tuple(R"("include": [{"file": "a.glb",)" + member + "}],", "include[0].name", 4)}) {
+      const Error error = error_of(scene_with(parts + '\n' + members));
+      EXPECT_EQ(error.place().key, key) << error.what();
+      EXPECT_EQ(error.place().line, line) << error.what();
+      EXPECT_NE(error.message().find("1 to 128 bytes without control characters"),
+                std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_NO_THROW(parse(scene_with(parts + R"("instances": [{"object": "it", "name": ")" +
+                                   std::string(128, 'x') + R"("}],)")));
 }
 
 }  // namespace

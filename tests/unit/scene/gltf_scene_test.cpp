@@ -12,6 +12,7 @@ namespace tessera::scene {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -61,11 +62,13 @@ TEST(GltfScene, objects_have_the_names_of_their_nodes) {
   file.with_triangle();
   file.json["meshes"][0]["name"] = "leaf";
   file.json["nodes"][0]["name"] = "branch";
-  EXPECT_EQ(object_names(file.load().scene).names, (std::vector<std::string>{"branch"}));
+  const Scene alone = file.load().scene;
+  EXPECT_THAT(object_names(alone).names, ElementsAre("branch"));
   file.node({{"mesh", 0}, {"name", "twig"}});
   file.node({{"mesh", 0}});
-  const ObjectNames names = object_names(file.load().scene);
-  EXPECT_EQ(names.names, (std::vector<std::string>{"branch", "twig", "leaf"}));
+  const Scene scene = file.load().scene;
+  const ObjectNames names = object_names(scene);
+  EXPECT_THAT(names.names, ElementsAre("branch", "twig", "leaf"));
   EXPECT_EQ(names.of_instance, (std::vector<std::uint32_t>{0, 1, 2}));
 }
 
@@ -82,6 +85,26 @@ TEST(GltfScene, copies_of_a_node_stand_where_its_accessors_say) {
   ASSERT_EQ(loaded.scene.instances.size(), 2U);
   expect_near(times(loaded.scene.instances[0].to_world, {1, 0, 0}), {2, 0, 7});
   expect_near(times(loaded.scene.instances[1].to_world, {1, 0, 0}), {-1, 0, 7});
+}
+
+TEST(GltfScene, copies_of_a_node_share_its_name) {
+  constexpr std::size_t copies = 1000;
+  GltfFile file;
+  file.with_triangle();
+  file.json["nodes"][0]["name"] = "a name that is too long to stand within a string";
+  file.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+  std::vector<float> places(3 * copies);
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = static_cast<float>(i);
+  file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", file.floats(places, "VEC3")}};
+  file.node({{"mesh", 0}, {"name", "other"}});
+  const Scene scene = file.load().scene;
+  ASSERT_EQ(scene.instances.size(), copies + 1);
+  EXPECT_EQ(scene.instance_names.size(), 2U);
+  EXPECT_LT(scene.instance_names.bytes(), 200U);
+  EXPECT_EQ(name_of(scene, scene.instances[copies - 1]), name_of(scene, scene.instances[0]));
+  EXPECT_EQ(name_of(scene, scene.instances[copies]), "other");
+  static_assert(sizeof(Instance) == sizeof(Transform) + 16, "an instance has no text of its own");
 }
 
 TEST(GltfScene, what_is_scaled_to_nothing_is_left_out) {

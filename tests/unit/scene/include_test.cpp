@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/scene/object_names.hpp"
 #include "tests/unit/scene/gltf_file.hpp"
 #include "tests/unit/scene/support.hpp"
 
@@ -8,6 +9,7 @@ namespace tessera::scene {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// A red triangle on a node, with a camera and a light, in a folder of its own.
@@ -93,6 +95,46 @@ TEST(Include, a_file_that_stands_several_times_is_in_memory_once) {
   ASSERT_EQ(scene.lights.size(), 3U);
   EXPECT_EQ(std::get<PointLight>(scene.lights[1].shape).position, (Vec3{5, 1, 0}));
   EXPECT_EQ(scene.materials.size(), 2U);
+}
+
+/// Two nodes of one mesh, one of them without a name, and one of a mesh of its own.
+void write_tree(const TemporaryFolder& folder) {
+  GltfFile file;
+  file.with_triangle();
+  file.json["meshes"][0]["name"] = "leaf";
+  file.json["nodes"][0]["name"] = "low leaf";
+  file.node({{"mesh", 0}, {"translation", {0, 1, 0}}});
+  file.json["meshes"].push_back(file.json["meshes"][0]);
+  file.json["meshes"][1]["name"] = "trunk";
+  file.node({{"mesh", 1}});
+  folder.write("tree.glb", file.glb());
+}
+
+std::vector<std::string> names_in(const TemporaryFolder& folder, const std::string& include) {
+  const Scene scene = load_with(folder, "\"include\": " + include).scene;
+  const ObjectNames names = object_names(scene);
+  return {names.names.begin(), names.names.end()};
+}
+
+TEST(Include, that_has_a_name_has_it_before_those_of_its_objects) {
+  const TemporaryFolder folder;
+  write_tree(folder);
+  EXPECT_THAT(names_in(folder, R"(["tree.glb"])"), ElementsAre("trunk", "low leaf", "leaf"));
+  EXPECT_THAT(names_in(folder, R"([{"file": "tree.glb", "name": "oak"}])"),
+              ElementsAre("oak/trunk", "oak/low leaf", "oak/leaf"));
+}
+
+TEST(Include, what_stands_several_times_is_told_apart_by_the_includes_names) {
+  const TemporaryFolder folder;
+  write_tree(folder);
+  // What is no instance in the file is one object then, called as the include.
+  EXPECT_THAT(names_in(folder, R"([{"file": "tree.glb", "name": "oak"},
+      {"file": "tree.glb", "name": "elm"}, "tree.glb", "tree.glb"])"),
+              ElementsAre("oak/low leaf", "oak/leaf", "oak", "elm/low leaf", "elm/leaf", "elm",
+                          "low leaf", "leaf", "tree.glb"));
+  const LoadedScene twice = load_with(folder, R"("include": ["tree.glb", "tree.glb"])");
+  EXPECT_EQ(twice.scene.instances.size(), 6U);
+  EXPECT_EQ(twice.scene.instance_names.size(), 1U) << "what is included twice is named once";
 }
 
 TEST(Include, textures_of_several_files_are_told_apart) {

@@ -11,6 +11,7 @@ void expect_same(const MeshSize& one, const MeshSize& other) {
   EXPECT_EQ(one.positions, other.positions);
   EXPECT_EQ(one.normals, other.normals);
   EXPECT_EQ(one.uvs, other.uvs);
+  EXPECT_EQ(one.uvs1, other.uvs1);
   EXPECT_EQ(one.tangents, other.tangents);
   EXPECT_EQ(one.colors, other.colors);
   EXPECT_EQ(one.triangles, other.triangles);
@@ -21,12 +22,13 @@ TEST(Outline, HasTheSizeOfTheMeshAndTheCornersOfItsBox) {
   mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}};
   mesh.normals.resize(4);
   mesh.uvs.resize(4);
-  mesh.uvs1.resize(4);
+  mesh.uvs1.resize(3);
   mesh.tangents.resize(4);
   mesh.colors.resize(4);
   mesh.triangles = {{0, 1, 2}, {0, 1, 3}};
   const MeshSize whole = size_of(mesh);
-  EXPECT_EQ(whole.uvs, 8U);
+  EXPECT_EQ(whole.uvs, 4U);
+  EXPECT_EQ(whole.uvs1, 3U);
   keep_outline(mesh);
   expect_same(size_of(mesh), whole);
   EXPECT_EQ(mesh.positions.size(), 8U);

@@ -1,4 +1,4 @@
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "common/scene/names.hpp"
 #include "common/scene/object_names.hpp"
@@ -165,7 +165,7 @@ TEST(Scene, instances_name_their_object) {
   EXPECT_EQ(scene.instances[0].object, 1U);
   EXPECT_EQ(scene.instances[0].to_world.m[7], 2);
   EXPECT_EQ(scene.instances[1].object, 0U);
-  EXPECT_EQ(object_names(scene).names, (std::vector<std::string>{"tall", "one"}));
+  EXPECT_THAT(object_names(scene).names, testing::ElementsAre("tall", "one"));
 }
 
 TEST(Scene, a_lens_and_a_film_give_the_measured_field_of_view) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
+#include "common/scene/texture_uses.hpp"
 #include "worker/scene/merge.hpp"
 #include "worker/scene/tangents.hpp"
 
@@ -18,11 +20,12 @@ using render::Vec3;
 
 constexpr std::uint8_t all = flag::uv0 | flag::uv1 | flag::tangent | flag::color;
 
-Geometry merged(scene::Shape shape, std::uint8_t wants, const scene::Transform& to_group = {}) {
+Geometry merged(scene::Shape shape, std::uint8_t wants, const scene::Transform& to_group = {},
+                bool all_coordinates = false) {
   std::vector<render::CompiledMaterial> materials(1);
   materials[0].wants = wants;
   const PlacedShape placed{&shape, to_group};
-  MergedGroup group = merge(std::span(&placed, 1), materials, {}, {});
+  MergedGroup group = merge(std::span(&placed, 1), materials, {}, {}, all_coordinates);
   return std::move(group.group.geometries.at(0));
 }
 
@@ -63,6 +66,58 @@ void expect_near(const Vec3& found, const Vec3& wanted, float tolerance = 1e-3F)
   EXPECT_NEAR(found.x, wanted.x, tolerance);
   EXPECT_NEAR(found.y, wanted.y, tolerance);
   EXPECT_NEAR(found.z, wanted.z, tolerance);
+}
+
+TEST(Details, coordinates_that_no_material_wants_are_kept_for_the_AOV_alone) {
+  const auto kept = [](const scene::Shape& shape, std::uint8_t wants, bool all_coordinates) {
+    return merged(shape, wants, {}, all_coordinates);
+  };
+  for (const scene::Shape& shape : {shape_of(square()), shape_of(scene::Quad{})}) {
+    const Geometry plain = kept(shape, 0, false), with_aov = kept(shape, 0, true);
+    EXPECT_TRUE(plain.spare_uvs.empty() && plain.uvs[0].empty());
+    ASSERT_EQ(with_aov.spare_uvs.size(), 4U);
+    EXPECT_EQ(with_aov.bytes(), plain.bytes() + 4 * sizeof(render::Vec2));
+    EXPECT_EQ(with_aov.details, 0) << "hits do not look at them";
+    // Where a texture wants them they are there once.
+    for (const bool all_coordinates : {false, true}) {
+      const Geometry painted = kept(shape, flag::uv0, all_coordinates);
+      EXPECT_TRUE(painted.spare_uvs.empty());
+      EXPECT_EQ(painted.uvs[0].size(), 4U);
+    }
+  }
+  scene::Mesh bare = square();
+  bare.uvs.clear();
+  EXPECT_TRUE(kept(shape_of(bare), 0, true).spare_uvs.empty());
+}
+
+scene::Material brushed(double anisotropy, const std::optional<scene::TextureUse>& direction) {
+  scene::Principled surface{.anisotropy = {.factor = anisotropy}};
+  surface.anisotropy_direction = direction;
+  return {"brushed", surface};
+}
+
+TEST(Details, that_a_description_foretells_are_those_that_are_kept) {
+  const scene::TextureUse by_first, by_second{.uv_set = 1};
+  std::vector<scene::Material> materials{
+      {"plain", scene::Diffuse{}},
+      {"painted", scene::Principled{.base_color = {.texture = by_second}}},
+      {"metal", scene::Conductor{.anisotropy = 0.5}},
+      {"round metal", scene::Conductor{}},
+      brushed(0.5, {}),
+      brushed(0.5, by_second),
+      {"mixed", scene::Mix{.first = 0, .second = 1, .amount = {.texture = by_first}}},
+      {"masked", scene::Diffuse{}, {.mode = scene::Opacity::Mode::mask, .alpha = {1, by_first, 3}}},
+      {.name = "bent", .normal_map = scene::NormalMap{by_second}},
+      {.name = "bumped", .bump_map = scene::BumpMap{by_first}}};
+  scene::Mesh mesh = square();
+  mesh.uvs1 = mesh.uvs;
+  for (const scene::Material& material : materials) {
+    const std::uint8_t wants = render::compile(material, materials).wants;
+    const std::uint8_t kept = details_of(shape_of(mesh), wants);
+    const std::array<bool, 2> foretold = scene::coordinate_sets(material, materials);
+    EXPECT_EQ(foretold[0], (kept & flag::uv0) != 0) << material.name;
+    EXPECT_EQ(foretold[1], (kept & flag::uv1) != 0) << material.name;
+  }
 }
 
 TEST(Details, what_no_material_wants_is_not_kept) {

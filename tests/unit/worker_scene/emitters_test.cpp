@@ -13,7 +13,7 @@ TEST(Emitters, more_lights_than_there_may_be_are_left_to_paths) {
   scene::Shape box;
   box.geometry = scene::Box{};
   const PlacedShape placed{&box, {}};
-  const MergedGroup group = merge(std::span(&placed, 1), materials, {}, {});
+  const MergedGroup group = merge(std::span(&placed, 1), materials, {}, {}, false);
   std::vector<render::Light> lights;
   const auto add = [&] { return add_lights(group, materials, {}, render::no_id, lights, 13); };
   EXPECT_EQ(add(), 0U);
