@@ -95,8 +95,7 @@ Estimate ours(const Scene& scene, int side, int samples, int bounces) {
 }
 
 TEST(BruteForce, AgreesOnTheMeanOfTheCornellBox) {
-  const std::string file = std::string(std::getenv("TESSERA_SOURCE_DIR")) + "/scenes/cornell.json";
-  scene::Scene description = scene::load_scene(std::filesystem::path(file)).scene;
+  scene::Scene description = scene::load_scene(source_folder() / "scenes/cornell.json").scene;
   const std::vector<scene::Material> materials = description.materials;
   const Scene scene = worker::build_scene(std::move(description), accel::Device());
   constexpr int side = 32, bounces = 4;

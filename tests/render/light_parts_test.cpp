@@ -2,8 +2,6 @@
 #include <tbb/task_arena.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -45,9 +43,8 @@ void expect_sum(const image::TileImage& image, const Names& parts, const std::st
 class ReadyScenes : public testing::TestWithParam<const char*> {};
 
 TEST_P(ReadyScenes, AreTheSumOfTheirParts) {
-  const std::filesystem::path file = std::filesystem::path(std::getenv("TESSERA_SOURCE_DIR")) /
-                                     "scenes" / (std::string(GetParam()) + ".json");
-  scene::LoadedScene loaded = scene::load_scene(file);
+  scene::LoadedScene loaded =
+      scene::load_scene(source_folder() / "scenes" / (std::string(GetParam()) + ".json"));
   // Every second thing that emits in a group of its own.
   bool odd = false;
   for (scene::Material& material : loaded.scene.materials)

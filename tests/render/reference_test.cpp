@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <span>
 
@@ -15,13 +14,6 @@
 /// tests/data/reference, made anew by make.sh there.
 namespace tessera::render::proof {
 namespace {
-
-namespace fs = std::filesystem;
-
-fs::path source_folder() {
-  const char* const folder = std::getenv("TESSERA_SOURCE_DIR");
-  return folder != nullptr ? fs::path(folder) : fs::current_path();
-}
 
 struct Reference {
   const char* picture;
@@ -82,7 +74,7 @@ class Pictures : public testing::TestWithParam<Reference> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Hemisphere, Pictures, testing::ValuesIn(references), [](const auto& test) {
-  return fs::path(test.param.picture).stem().string();
+  return std::filesystem::path(test.param.picture).stem().string();
 });
 
 TEST_P(Pictures, have_the_references_pixels_by_a_z_test) {

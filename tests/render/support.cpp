@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "worker/scene/build.hpp"
@@ -30,6 +31,11 @@ void add_shape(scene::Scene& scene, std::uint32_t material, Shape shape,
 }
 
 }  // namespace
+
+std::filesystem::path source_folder() {
+  const char* const folder = std::getenv("TESSERA_SOURCE_DIR");
+  return folder != nullptr ? std::filesystem::path(folder) : std::filesystem::current_path();
+}
 
 SceneMaker::SceneMaker() { look({0, 0, 5}, {0, 0, 0}); }
 

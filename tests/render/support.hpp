@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 
 /// What the proofs share: scenes in a few words, and means with their errors.
 namespace tessera::render::proof {
+
+/// The project's: TESSERA_SOURCE_DIR, else where the test runs.
+std::filesystem::path source_folder();
 
 /// A scene description that grows by calls.
 class SceneMaker {
