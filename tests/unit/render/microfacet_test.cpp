@@ -17,7 +17,9 @@ const Reflectance white{gray(1), {}, {}};
 
 Lobe lobe(const Reflectance& reflectance, float alpha_x, float alpha_y, const Vec3& wo,
           bool through = false) {
-  return microfacet::lobe_of({reflectance, {alpha_x, alpha_y}, energy::slant_of(wo)}, through);
+  const ggx::Roughness roughness{alpha_x, alpha_y};
+  return microfacet::lobe_of(microfacet::surface_of(reflectance, roughness),
+                             microfacet::view_of(roughness, energy::slant_of(wo)), through);
 }
 /// What bounces once alone.
 Lobe single(Lobe of) {
@@ -101,16 +103,16 @@ TEST(Microfacet, ABrushedSurfaceIsNearlyAnEvenOneWhereItIsNearlyEven) {
   for (const float alpha : {0.05F, 0.3F, 0.9F}) {
     for (const float cosine : {1.0F, 0.4F, 0.1F}) {
       const energy::Slant slant{cosine, 0.3F};
-      EXPECT_NEAR(energy::reflection(slant, {alpha, 0.9999F * alpha}),
-                  energy::reflection(slant, {alpha, alpha}), 0.005)
+      EXPECT_NEAR(energy::bounce(slant, {alpha, 0.9999F * alpha}).albedo,
+                  energy::bounce(slant, {alpha, alpha}).albedo, 0.005)
           << alpha << ' ' << cosine;
     }
     EXPECT_NEAR(energy::reflection_mean({alpha, 0.9999F * alpha}),
                 energy::reflection_mean({alpha, alpha}), 0.004);
   }
   // What is brushed along y sees y as what is brushed along x sees x.
-  EXPECT_EQ(energy::reflection({0.5F, 0.25F}, {0.2F, 0.7F}),
-            energy::reflection({0.5F, 0.75F}, {0.7F, 0.2F}));
+  EXPECT_EQ(energy::bounce({0.5F, 0.25F}, {0.2F, 0.7F}).albedo,
+            energy::bounce({0.5F, 0.75F}, {0.7F, 0.2F}).albedo);
 }
 
 TEST(Microfacet, ItsAlbedoIsWhatItReflects) {
@@ -122,8 +124,10 @@ TEST(Microfacet, ItsAlbedoIsWhatItReflects) {
         for (const float alpha_y : {alpha, 0.3F * alpha}) {
           const Vec3 wo = from_angles(cosine, 0.4F);
           const auto found = furnace(closure_of({lobe(reflectance, alpha, alpha_y, wo)}), wo);
+          const ggx::Roughness roughness{alpha, alpha_y};
           const Color expected =
-              microfacet::albedo({reflectance, {alpha, alpha_y}, energy::slant_of(wo)});
+              microfacet::albedo(microfacet::surface_of(reflectance, roughness),
+                                 microfacet::view_of(roughness, energy::slant_of(wo)));
           EXPECT_NEAR(found.mean, expected.g, 0.012) << alpha << ' ' << cosine;
           if (is_black(reflectance.dip)) {
             EXPECT_LT(distance(found.all, expected), 0.012) << alpha << ' ' << cosine;
@@ -142,8 +146,8 @@ TEST(Microfacet, ThereAndBackAreTheSame) {
       const Vec3 a = square_to_cosine_hemisphere(random.next2());
       const Vec3 b = square_to_cosine_hemisphere(random.next2());
       const Reflectance f = schlick_reflectance({0.9F, 0.5F, 0.1F}, gray(1));
-      const Color there = microfacet::eval(lobe(f, 0.7F, alpha_y, a), a, b) / b.z;
-      const Color back = microfacet::eval(lobe(f, 0.7F, alpha_y, b), b, a) / a.z;
+      const Color there = microfacet::scattering(lobe(f, 0.7F, alpha_y, a), a, b).value / b.z;
+      const Color back = microfacet::scattering(lobe(f, 0.7F, alpha_y, b), b, a).value / a.z;
       EXPECT_LT(distance(there, back), 4e-4 * static_cast<double>(max_component(there)))
           << a.z << ' ' << b.z;
     }

@@ -61,10 +61,12 @@ TEST(RoughDielectric, ThereAndBackAreTheSame) {
       const Vec3 a = square_to_sphere(random.next2()), b = square_to_sphere(random.next2());
       const float index_a = a.z > 0 ? 1 : ior, index_b = b.z > 0 ? 1 : ior;
       // f(a, b)/η_a² = f(b, a)/η_b², f being radiance's (Veach 1997, section 5.2).
-      const float energy_there = rough_dielectric::eval(lobe(ior, 0.5F, 0.5F, a.z), a, b).g /
-                                 std::abs(b.z) / (index_a * index_a);
-      const float energy_back = rough_dielectric::eval(lobe(ior, 0.5F, 0.5F, b.z), b, a).g /
-                                std::abs(a.z) / (index_b * index_b);
+      const float energy_there =
+          rough_dielectric::scattering(lobe(ior, 0.5F, 0.5F, a.z), a, b).value.g / std::abs(b.z) /
+          (index_a * index_a);
+      const float energy_back =
+          rough_dielectric::scattering(lobe(ior, 0.5F, 0.5F, b.z), b, a).value.g / std::abs(a.z) /
+          (index_b * index_b);
       EXPECT_NEAR(energy_there, energy_back, 1e-3F * (energy_there + energy_back) + 1e-6F)
           << ior << ' ' << a.z << ' ' << b.z;
     }

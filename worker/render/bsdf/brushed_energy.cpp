@@ -4,7 +4,6 @@
 #include <cmath>
 #include <mutex>
 
-#include "worker/render/bsdf/energy.hpp"
 #include "worker/render/bsdf/energy_quadrature.hpp"
 #include "worker/render/float_mode.hpp"
 
@@ -62,13 +61,13 @@ class BrushedTable {
       const float along_x = brushed.unwarp_azimuth(coordinate(static_cast<int>(j), azimuths));
       for (std::size_t i = 0; i < cosines; ++i) {
         const float x = coordinate(static_cast<int>(i), cosines);
-        const auto bounce = [&](float cosine) {
+        const auto bounced = [&](float cosine) {
           const float sine = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
           const Vec3 wo{sine * std::sqrt(along_x), sine * std::sqrt(1 - along_x), cosine};
           return single_bounce(wo, {brushed.along, brushed.across}, whole_circle);
         };
-        albedo_[j][i] = bounce(brushed.unwarp_cosine(x, along_x)).albedo;
-        schlick_[j][i] = bounce(std::max(x * x, 1e-5F)).schlick;
+        albedo_[j][i] = bounced(brushed.unwarp_cosine(x, along_x)).albedo;
+        schlick_[j][i] = bounced(std::max(x * x, 1e-5F)).schlick;
       }
     }
     mean_ = cosine_mean([&](float cosine) {
@@ -166,13 +165,14 @@ Slant slant_of(const Vec3& v) {
   return {std::min(std::abs(v.z), 1.0F), sine2 > 0 ? std::min(v.x * v.x / sine2, 1.0F) : 0.5F};
 }
 
-float reflection(const Slant& slant, const ggx::Roughness& roughness) {
-  return is_brushed(roughness) ? Lattice(roughness).albedo(slant)
-                               : reflection(slant.cosine, roughness.alpha_x);
+float reflection(const Vec3& v, const ggx::Roughness& roughness) {
+  return is_brushed(roughness) ? Lattice(roughness).albedo(slant_of(v))
+                               : reflection(std::min(std::abs(v.z), 1.0F), roughness.alpha_x);
 }
-float schlick_mean(const Slant& slant, const ggx::Roughness& roughness) {
-  return is_brushed(roughness) ? Lattice(roughness).schlick(slant)
-                               : schlick_mean(slant.cosine, roughness.alpha_x);
+Bounce bounce(const Slant& slant, const ggx::Roughness& roughness) {
+  if (!is_brushed(roughness)) return bounce(slant.cosine, roughness.alpha_x);
+  const Lattice lattice(roughness);
+  return {lattice.albedo(slant), lattice.schlick(slant)};
 }
 float reflection_mean(const ggx::Roughness& roughness) {
   return is_brushed(roughness) ? Lattice(roughness).mean() : reflection_mean(roughness.alpha_x);

@@ -1,4 +1,5 @@
 #pragma once
+#include "worker/render/bsdf/energy.hpp"
 #include "worker/render/bsdf/ggx.hpp"
 
 /// energy.hpp's numbers of a surface that reflects, for any pair of αx and αy. Of one that is
@@ -15,8 +16,9 @@ struct Slant {
 };
 Slant slant_of(const Vec3& v);
 
-float reflection(const Slant& slant, const ggx::Roughness& roughness);
-float schlick_mean(const Slant& slant, const ggx::Roughness& roughness);
+/// Towards `v`, whose slant is asked for only where it matters.
+float reflection(const Vec3& v, const ggx::Roughness& roughness);
+Bounce bounce(const Slant& slant, const ggx::Roughness& roughness);
 float reflection_mean(const ggx::Roughness& roughness);
 void prepare_reflection(const ggx::Roughness& roughness);
 

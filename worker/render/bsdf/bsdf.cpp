@@ -39,17 +39,17 @@ LobeSample sample_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
   return {};
 }
 
-Color eval_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
+Scattering scattering_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   switch (lobe.kind) {
     case LobeKind::diffuse:
-      return diffuse::eval(lobe, wo, wi);
+      return {.value = diffuse::eval(lobe, wo, wi), .pdf = diffuse::pdf(wo, wi)};
     case LobeKind::eon:
-      return eon::eval(lobe, wo, wi);
+      return {.value = eon::eval(lobe, wo, wi), .pdf = eon::pdf(wo, wi)};
     case LobeKind::microfacet:
     case LobeKind::microfacet_through:
-      return microfacet::eval(lobe, wo, wi);
+      return microfacet::scattering(lobe, wo, wi);
     case LobeKind::rough_dielectric:
-      return rough_dielectric::eval(lobe, wo, wi);
+      return rough_dielectric::scattering(lobe, wo, wi);
     case LobeKind::mirror:
     case LobeKind::dielectric:
     case LobeKind::pane:
@@ -58,23 +58,17 @@ Color eval_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   return {};
 }
 
-float pdf_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
-  switch (lobe.kind) {
-    case LobeKind::diffuse:
-      return diffuse::pdf(wo, wi);
-    case LobeKind::eon:
-      return eon::pdf(wo, wi);
-    case LobeKind::microfacet:
-    case LobeKind::microfacet_through:
-      return microfacet::pdf(lobe, wo, wi);
-    case LobeKind::rough_dielectric:
-      return rough_dielectric::pdf(lobe, wo, wi);
-    case LobeKind::mirror:
-    case LobeKind::dielectric:
-    case LobeKind::pane:
-      break;
-  }
-  return 0;
+/// Of lobes that are weighed together with others: the weight and pdf of what is drawn may be any
+/// above 0.
+LobeSample draw_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
+  if (lobe.kind != LobeKind::microfacet && lobe.kind != LobeKind::microfacet_through)
+    return sample_lobe(lobe, wo, u_lobe, u);
+  const Vec3 wi = microfacet::draw(lobe, wo, u_lobe, u);
+  if (wi.z == 0) return {};
+  return {.wi = wi,
+          .weight = gray(1),
+          .pdf = 1,
+          .transmission = lobe.kind == LobeKind::microfacet_through};
 }
 
 /// A pair of directions, in the world and in the shading frame.
@@ -116,32 +110,26 @@ struct Framed {
     const Lobe& lobe = closure.lobes[i];
     const Framed in(closure, lobe, at);
     if (!in.agrees) continue;
-    sum.value += eval_lobe(lobe, in.wo, in.wi);
-    sum.pdf += closure.pick[i] * pdf_lobe(lobe, in.wo, in.wi);
+    const Scattering one = scattering_lobe(lobe, in.wo, in.wi);
+    sum.value += one.value;
+    sum.pdf += closure.pick[i] * one.pdf;
   }
   sum.pdf /= closure.pick_sum;
   return sum;
 }
 
-/// Sums over the smooth lobes.
-Color eval_local(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  Color sum;
-  for (int i = 0; i < closure.count; ++i) sum += eval_lobe(closure.lobes[index_of(i)], wo, wi);
-  return sum;
-}
-float pdf_local(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  if (closure.count == 1) return pdf_lobe(closure.lobes[0], wo, wi);
-  float sum = 0;
-  for (int i = 0; i < closure.count; ++i) {
-    sum += closure.pick[index_of(i)] * pdf_lobe(closure.lobes[index_of(i)], wo, wi);
-  }
-  return closure.count > 0 ? sum / closure.pick_sum : 0;
-}
-
 Scattering scattering_of(const Closure& closure, const Pair& at) {
   if (closure.frame_count > 0) return scattering_framed(closure, at);
   if (!at.agrees()) return {};
-  return {.value = eval_local(closure, at.wo, at.wi), .pdf = pdf_local(closure, at.wo, at.wi)};
+  if (closure.count == 1) return scattering_lobe(closure.lobes[0], at.wo, at.wi);
+  Scattering sum;
+  for (std::size_t i = 0; i < index_of(closure.count); ++i) {
+    const Scattering one = scattering_lobe(closure.lobes[i], at.wo, at.wi);
+    sum.value += one.value;
+    sum.pdf += closure.pick[i] * one.pdf;
+  }
+  if (closure.count > 0) sum.pdf /= closure.pick_sum;
+  return sum;
 }
 
 const Frame& frame_of(const Closure& closure, const Lobe& lobe) {
@@ -175,7 +163,9 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
   const Choice choice = choose(closure, u_lobe);
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
   const Frame& frame = frame_of(closure, lobe);
-  const LobeSample drawn = sample_lobe(lobe, frame.to_local(wo), choice.u, u);
+  const bool alone = closure.count == 1;
+  const LobeSample drawn = alone ? sample_lobe(lobe, frame.to_local(wo), choice.u, u)
+                                 : draw_lobe(lobe, frame.to_local(wo), choice.u, u);
   if (!(drawn.pdf > 0)) return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
 
   BsdfSample result{.wi = frame.to_world(drawn.wi),
@@ -188,7 +178,7 @@ BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) 
   if (on_one_side(closure, wo, result.wi) == drawn.transmission) {
     return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
   }
-  if (closure.count > 1) {
+  if (!alone) {
     if (result.specular) {
       result.pdf *= choice.probability;
       result.weight = drawn.weight / choice.probability;

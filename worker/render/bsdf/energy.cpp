@@ -27,7 +27,7 @@ struct Means {
   }
 };
 
-Bounce bounce(float cosine, float alpha) {
+Bounce computed_bounce(float cosine, float alpha) {
   return single_bounce(direction(cosine), {alpha, alpha}, {.azimuths = 16, .heights = 64});
 }
 
@@ -43,8 +43,8 @@ struct Reflection {
       for (int i = 0; i < side; ++i) {
         const std::size_t at = Table<side>::index(i, j);
         const float x = coordinate(i, side);
-        albedo.values[at] = bounce(unwarp_cosine(x, alpha), alpha).albedo;
-        schlick.values[at] = bounce(std::max(x * x, 1e-5F), alpha).schlick;
+        albedo.values[at] = computed_bounce(unwarp_cosine(x, alpha), alpha).albedo;
+        schlick.values[at] = computed_bounce(std::max(x * x, 1e-5F), alpha).schlick;
       }
       const float y = coordinate(j, side);
       mean.values[static_cast<std::size_t>(j)] =
@@ -138,8 +138,12 @@ float reflection(float cosine, float alpha) {
   return reflection_tables().albedo.at(warp_cosine(cosine, std::max(alpha, alpha_least)),
                                        warp_alpha(alpha));
 }
-float schlick_mean(float cosine, float alpha) {
-  return reflection_tables().schlick.at(std::sqrt(std::min(cosine, 1.0F)), warp_alpha(alpha));
+Bounce bounce(float cosine, float alpha) {
+  using Place = Table<Reflection::side>::Place;
+  const Reflection& tables = reflection_tables();
+  const Place y(warp_alpha(alpha));
+  return {tables.albedo.at(Place(warp_cosine(cosine, std::max(alpha, alpha_least))), y),
+          tables.schlick.at(Place(std::sqrt(std::min(cosine, 1.0F))), y)};
 }
 float reflection_mean(float alpha) { return reflection_tables().mean.at(warp_alpha(alpha)); }
 void prepare_reflection() { (void)reflection_tables(); }

@@ -17,22 +17,34 @@ struct Table {
   static constexpr std::size_t index(int i, int j) {
     return static_cast<std::size_t>(j) * Side + static_cast<std::size_t>(i);
   }
-  /// 0…1 along each axis.
-  [[nodiscard]] float at(float x, float y) const {
-    const float fx = x * (Side - 1), fy = y * (Side - 1);
-    const int i = fx < Side - 2 ? static_cast<int>(fx) : Side - 2;
-    const int j = fy < Side - 2 ? static_cast<int>(fy) : Side - 2;
-    const float a = fx - static_cast<float>(i), b = fy - static_cast<float>(j);
-    const float* p = &values[index(i, j)];
-    return (p[0] * (1 - a) + p[1] * a) * (1 - b) + (p[Side] * (1 - a) + p[Side + 1] * a) * b;
+  /// Between two points of an axis.
+  struct Place {
+    int low;
+    float part;  ///< of the next one
+    /// 0…1.
+    explicit Place(float x) {
+      const float at = x * (Side - 1);
+      low = at < Side - 2 ? static_cast<int>(at) : Side - 2;
+      part = at - static_cast<float>(low);
+    }
+  };
+  [[nodiscard]] float at(const Place& x, const Place& y) const {
+    const float* p = &values[index(x.low, y.low)];
+    return (p[0] * (1 - x.part) + p[1] * x.part) * (1 - y.part) +
+           (p[Side] * (1 - x.part) + p[Side + 1] * x.part) * y.part;
   }
+  [[nodiscard]] float at(float x, float y) const { return at(Place(x), Place(y)); }
 };
 
 /// Of a surface that reflects everything at its microfacets.
 /// The part of the light from a direction that leaves after one bounce; 1 where it is smooth.
 float reflection(float cosine, float alpha);
-/// The mean of Schlick's (1 − c)^5 over the microfacets that bounce seen from there is of.
-float schlick_mean(float cosine, float alpha);
+/// The same, and with it the mean of Schlick's (1 − c)^5 over the microfacets at which it bounces.
+struct Bounce {
+  float albedo = 0;
+  float schlick = 0;
+};
+Bounce bounce(float cosine, float alpha);
 /// reflection(), averaged over cosine-weighted directions.
 float reflection_mean(float alpha);
 void prepare_reflection();

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "worker/render/bsdf/energy.hpp"
 #include "worker/render/bsdf/fresnel.hpp"
 #include "worker/render/bsdf/ggx.hpp"
 
@@ -58,10 +59,6 @@ inline Vec3 mirrored(const Vec3& wo, const Vec3& m) { return m * (2 * dot(wo, m)
 
 /// What a surface that reflects everything at its microfacets scatters of light to wo at the first
 /// bounce.
-struct Bounce {
-  float albedo = 0;
-  float schlick = 0;  ///< the mean of (1 − c)^5 over the microfacets at which it bounces
-};
 inline Bounce single_bounce(const Vec3& wo, const ggx::Roughness& roughness,
                             const NormalGrid& grid) {
   const auto leaves = [&](const Vec3& m) -> std::array<float, 2> {

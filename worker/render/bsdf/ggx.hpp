@@ -22,11 +22,13 @@ inline float stretched(const Roughness& r, const Vec3& v) {
   return std::sqrt(v.z * v.z + x * x + y * y);
 }
 
-/// D(m), per projected area, for a unit normal m.
+/// D(m) = 1 / (π·αx·αy·e²) with e = (x/αx)² + (y/αy)² + z², per projected area, for a unit normal
+/// m. By one division, as all of it is multiplied by αx·αy.
 inline float distribution(const Roughness& r, const Vec3& m) {
-  const float x = m.x / r.alpha_x, y = m.y / r.alpha_y;
-  const float e = x * x + y * y + m.z * m.z;
-  return 1 / (pi * r.alpha_x * r.alpha_y * e * e);
+  const float area = r.alpha_x * r.alpha_y;
+  const float x = r.alpha_y * m.x, y = r.alpha_x * m.y, z = area * m.z;
+  const float e = x * x + y * y + z * z;
+  return area * area * area / (pi * e * e);
 }
 
 /// G1(v) / |v.z|.

@@ -41,73 +41,89 @@ Reflectance reflectance_of(const Lobe& lobe) {
 
 }  // namespace
 
-Lobe lobe_of(const Parameters& p, bool through) {
-  if (is_smooth(p.roughness)) {
+Surface surface_of(const Reflectance& reflectance, const ggx::Roughness& roughness) {
+  Surface out{.reflectance = reflectance,
+              .roughness = roughness,
+              .smooth = is_smooth(roughness),
+              .later = {}};
+  if (out.smooth) return out;
+  out.mean = energy::reflection_mean(roughness);
+  out.later = later_bounces(reflectance.mean(), out.mean);
+  out.spread = inv_pi / std::max(1 - out.mean, 1e-6F);
+  return out;
+}
+
+View view_of(const ggx::Roughness& roughness, const energy::Slant& wo) {
+  if (is_smooth(roughness)) return {.cosine = wo.cosine};
+  return {.cosine = wo.cosine, .once = energy::bounce(wo, roughness)};
+}
+
+Lobe lobe_of(const Surface& surface, const View& view, bool through) {
+  const Reflectance& reflectance = surface.reflectance;
+  if (surface.smooth) {
     return {.kind = LobeKind::mirror,
-            .weight = p.reflectance.at(p.wo.cosine),
-            .tint = p.reflectance.normal};
+            .weight = reflectance.at(view.cosine),
+            .tint = reflectance.normal};
   }
-  const float mean = energy::reflection_mean(p.roughness);
-  const float lost = 1 - energy::reflection(p.wo, p.roughness);
-  const Color later = later_bounces(p.reflectance.mean(), mean);
+  const float lost = 1 - view.once.albedo;
   return {.kind = through ? LobeKind::microfacet_through : LobeKind::microfacet,
-          .weight = p.reflectance.normal,
-          .tint = p.reflectance.rise,
-          .alpha_x = std::max(p.roughness.alpha_x, ggx::alpha_smooth),
-          .alpha_y = std::max(p.roughness.alpha_y, ggx::alpha_smooth),
-          .dip = p.reflectance.dip,
-          .multiple = later * (lost * inv_pi / std::max(1 - mean, 1e-6F)),
+          .weight = reflectance.normal,
+          .tint = reflectance.rise,
+          .alpha_x = std::max(surface.roughness.alpha_x, ggx::alpha_smooth),
+          .alpha_y = std::max(surface.roughness.alpha_y, ggx::alpha_smooth),
+          .dip = reflectance.dip,
+          .multiple = surface.later * (lost * surface.spread),
           .multiple_share = std::clamp(lost, 0.0F, 1.0F)};
 }
 
-Color albedo(const Parameters& p) {
-  if (is_smooth(p.roughness)) return p.reflectance.at(p.wo.cosine);
-  const float once = energy::reflection(p.wo, p.roughness);
-  const Color later = later_bounces(p.reflectance.mean(), energy::reflection_mean(p.roughness));
-  const float schlick = energy::schlick_mean(p.wo, p.roughness);
-  return (p.reflectance.normal + p.reflectance.rise * schlick) * once + later * (1 - once);
+Color albedo(const Surface& surface, const View& view) {
+  const Reflectance& reflectance = surface.reflectance;
+  if (surface.smooth) return reflectance.at(view.cosine);
+  return (reflectance.normal + reflectance.rise * view.once.schlick) * view.once.albedo +
+         surface.later * (1 - view.once.albedo);
 }
 
-Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
+Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   const Sides at = turned_up(lobe, wo, wi);
   if (!at.meet) return {};
   const ggx::Roughness roughness{lobe.alpha_x, lobe.alpha_y};
   const Vec3 m = normalize(at.wo + at.wi);
-  const Color once = reflectance_of(lobe).at(dot(at.wo, m)) *
-                     (ggx::distribution(roughness, m) *
-                      ggx::masking_over_cosines(roughness, at.wo, at.wi) * at.wi.z * 0.25F);
-  if (!(lobe.multiple_share > 0)) return once;
-  const float lost = 1 - energy::reflection(energy::slant_of(at.wi), roughness);
-  return once + lobe.multiple * (lost * at.wi.z);
+  const float quarter = ggx::distribution(roughness, m) * 0.25F;
+  const float once = quarter * ggx::masking_over_cosine(roughness, at.wo);
+  Scattering out{.value = reflectance_of(lobe).at(dot(at.wo, m)) *
+                          (quarter * ggx::masking_over_cosines(roughness, at.wo, at.wi) * at.wi.z),
+                 .pdf = once};
+  if (!(lobe.multiple_share > 0)) return out;
+  const float lost = 1 - energy::reflection(at.wi, roughness);
+  out.value += lobe.multiple * (lost * at.wi.z);
+  out.pdf = (1 - lobe.multiple_share) * once + lobe.multiple_share * inv_pi * at.wi.z;
+  return out;
 }
 
-float pdf(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
-  const Sides at = turned_up(lobe, wo, wi);
-  if (!at.meet) return 0;
-  const ggx::Roughness roughness{lobe.alpha_x, lobe.alpha_y};
-  const Vec3 m = normalize(at.wo + at.wi);
-  const float once =
-      ggx::distribution(roughness, m) * ggx::masking_over_cosine(roughness, at.wo) * 0.25F;
-  return (1 - lobe.multiple_share) * once + lobe.multiple_share * inv_pi * at.wi.z;
-}
-
-LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
+Vec3 draw(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
   if (wo.z == 0) return {};
-  const Vec3 up{wo.x, wo.y, std::abs(wo.z)};
   Vec3 wi;
   if (u_part < lobe.multiple_share) {
     wi = square_to_cosine_hemisphere(u);
   } else {
+    const Vec3 up{wo.x, wo.y, std::abs(wo.z)};
     const Vec3 m = ggx::sample_visible_normal({lobe.alpha_x, lobe.alpha_y}, up, u);
     wi = normalize(m * (2 * dot(up, m)) - up);
     if (!(wi.z > 0)) return {};
   }
   const bool through = lobe.kind == LobeKind::microfacet_through;
   if ((wo.z < 0) != through) wi.z = -wi.z;
-  const float density = pdf(lobe, wo, wi);
-  if (!(density > 0)) return {};
-  return {
-      .wi = wi, .weight = eval(lobe, wo, wi) / density, .pdf = density, .transmission = through};
+  return wi;
+}
+
+LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
+  const Vec3 wi = draw(lobe, wo, u_part, u);
+  const Scattering at = scattering(lobe, wo, wi);
+  if (!(at.pdf > 0)) return {};
+  return {.wi = wi,
+          .weight = at.value / at.pdf,
+          .pdf = at.pdf,
+          .transmission = lobe.kind == LobeKind::microfacet_through};
 }
 
 }  // namespace tessera::render::microfacet

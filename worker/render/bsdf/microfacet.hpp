@@ -10,19 +10,33 @@
 /// and the lobe stays reciprocal. Its twin throws the same light to the other side of a thin wall.
 namespace tessera::render::microfacet {
 
-struct Parameters {
+/// A surface of microfacets, wherever it is seen from.
+struct Surface {
   Reflectance reflectance;
   ggx::Roughness roughness;
-  energy::Slant wo;  ///< in the lobe's frame
+  bool smooth = true;  ///< α is too small for a lobe: a mirror, of which what follows says nothing
+  float mean = 1;      ///< energy::reflection_mean
+  Color later;         ///< what is reflected at all bounces after the first together
+  float spread = 0;    ///< 1 / (π·(1 − mean)): what makes of what is lost a lobe
 };
-/// The rough lobe, or where α is too small for one a mirror; `through` is the twin, whose
-/// reflectance is a mere colour.
-Lobe lobe_of(const Parameters& parameters, bool through = false);
-/// What such a lobe makes of light to wo: its directional albedo, but for a metal's dip.
-Color albedo(const Parameters& parameters);
+Surface surface_of(const Reflectance& reflectance, const ggx::Roughness& roughness);
 
-Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
-float pdf(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
+/// What of it depends on where it is seen from.
+struct View {
+  float cosine = 1;  ///< of wo, in the lobe's frame, 0…1
+  energy::Bounce once{.albedo = 1};
+};
+View view_of(const ggx::Roughness& roughness, const energy::Slant& wo);
+
+/// The rough lobe, or the mirror; `through` is the twin, whose reflectance is a mere colour.
+Lobe lobe_of(const Surface& surface, const View& view, bool through = false);
+/// What such a lobe makes of light to wo: its directional albedo, but for a metal's dip.
+Color albedo(const Surface& surface, const View& view);
+
+/// As of a closure that has this lobe alone, in the lobe's frame.
+Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
+/// Where sample() goes with these numbers; {0, 0, 0}: nowhere.
+Vec3 draw(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u);
 LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u);
 
 }  // namespace tessera::render::microfacet

@@ -100,44 +100,38 @@ Lobe lobe_of(const Parameters& p) {
   return lobe;
 }
 
-Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
+Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   if (wo.z * wi.z == 0) return {};
   const View at = view_of(lobe, wo, wi);
   const ggx::Roughness roughness{lobe.alpha_x, lobe.alpha_y};
-  const float cos_i = std::abs(at.wi.z);
-  float value = 0;
+  const float cos_i = std::abs(at.wi.z), eta_squared = at.eta * at.eta;
+  float value = 0, once = 0;
   Facet facet;
   if (find_facet(lobe, at, facet)) {
-    const float common = ggx::distribution(roughness, facet.m) *
-                         ggx::masking_over_cosines(roughness, at.wo, at.wi) * cos_i;
-    value = at.refracted ? (1 - facet.reflectance) * common * facet.cos_o *
-                               refraction_jacobian(facet, at.eta) / (at.eta * at.eta)
-                         : facet.reflectance * common * 0.25F;
+    const float distribution = ggx::distribution(roughness, facet.m);
+    const float common = distribution * ggx::masking_over_cosines(roughness, at.wo, at.wi) * cos_i;
+    const float seen = distribution * ggx::masking_over_cosine(roughness, at.wo);
+    if (at.refracted) {
+      const float bent = facet.cos_o * refraction_jacobian(facet, at.eta);
+      value = (1 - facet.reflectance) * common * bent / eta_squared;
+      once = (1 - facet.share) * seen * bent;
+    } else {
+      value = facet.reflectance * common * 0.25F;
+      once = facet.share * seen * 0.25F;
+    }
   }
   const float alpha = mean_alpha(roughness);
+  const float side = at.refracted ? 1 - lobe.multiple.b : lobe.multiple.b;
+  Scattering out;
+  out.pdf = (1 - lobe.multiple_share) * once + lobe.multiple_share * side * inv_pi * cos_i;
   if (at.refracted) {
     const float lost = 1 - energy::interface(cos_i, alpha, 1 / at.eta);
-    return lobe.tint * (value + lobe.multiple.g * lost * cos_i / (at.eta * at.eta));
+    out.value = lobe.tint * (value + lobe.multiple.g * lost * cos_i / eta_squared);
+  } else {
+    const float lost = 1 - energy::interface(cos_i, alpha, at.eta);
+    out.value = lobe.weight * (value + lobe.multiple.r * lost * cos_i);
   }
-  const float lost = 1 - energy::interface(cos_i, alpha, at.eta);
-  return lobe.weight * (value + lobe.multiple.r * lost * cos_i);
-}
-
-float pdf(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
-  if (wo.z * wi.z == 0) return 0;
-  const View at = view_of(lobe, wo, wi);
-  const ggx::Roughness roughness{lobe.alpha_x, lobe.alpha_y};
-  float once = 0;
-  Facet facet;
-  if (find_facet(lobe, at, facet)) {
-    const float seen =
-        ggx::distribution(roughness, facet.m) * ggx::masking_over_cosine(roughness, at.wo);
-    once = at.refracted
-               ? (1 - facet.share) * seen * facet.cos_o * refraction_jacobian(facet, at.eta)
-               : facet.share * seen * 0.25F;
-  }
-  const float side = at.refracted ? 1 - lobe.multiple.b : lobe.multiple.b;
-  return (1 - lobe.multiple_share) * once + lobe.multiple_share * side * inv_pi * std::abs(at.wi.z);
+  return out;
 }
 
 LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
@@ -161,11 +155,11 @@ LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
     if (refracted ? !(wi.z < 0) : !(wi.z > 0)) return {};
   }
   if (wo.z < 0) wi.z = -wi.z;
-  const float density = pdf(lobe, wo, wi);
-  if (!(density > 0)) return {};
+  const Scattering at = scattering(lobe, wo, wi);
+  if (!(at.pdf > 0)) return {};
   return {.wi = wi,
-          .weight = eval(lobe, wo, wi) / density,
-          .pdf = density,
+          .weight = at.value / at.pdf,
+          .pdf = at.pdf,
           .eta = refracted ? eta : 1,
           .transmission = refracted};
 }

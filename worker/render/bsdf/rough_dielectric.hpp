@@ -18,8 +18,8 @@ struct Parameters {
 /// The rough lobe, or the smooth one where α is too small or nothing is bent.
 Lobe lobe_of(const Parameters& parameters);
 
-Color eval(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
-float pdf(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
+/// As of a closure that has this lobe alone, in the lobe's frame.
+Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
 LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u);
 
 }  // namespace tessera::render::rough_dielectric

@@ -1,0 +1,56 @@
+#include "worker/render/bsdf/layer.hpp"
+
+#include "worker/render/fastmath.hpp"
+
+namespace tessera::render {
+namespace {
+
+/// About the closure's normal, its first axis the surface's tangent, turned.
+Frame turned_tangent(const Source& source, const Frame& shading, Vec2 direction) {
+  const auto& detail = source.point.detail;
+  const Frame axes = detail ? detail->tangents_about(shading.n) : shading;
+  const Vec3 x = normalize(axes.s * direction.x + axes.t * direction.y);
+  return Frame(x, cross(shading.n, x), shading.n);
+}
+
+}  // namespace
+
+Vec2 direction_of(float angle) {
+  const auto [s, c] = fast::sincos(angle);
+  return {c, s};
+}
+
+Layer::Layer(const Source& source, const Frame& shading, const ggx::Roughness& roughness,
+             Vec2 direction)
+    : frame(shading) {
+  energy::Slant wo{.cosine = facing(shading, source)};
+  if (roughness.alpha_x != roughness.alpha_y) {
+    frame = turned_tangent(source, shading, direction);
+    wo = energy::slant_of(frame.to_local(source.point.wo));
+  }
+  view = microfacet::view_of(roughness, wo);
+}
+
+void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
+  const float weight = max_component(albedo);
+  if (lobe.alpha_x == lobe.alpha_y) {
+    out.add(lobe, weight);
+    return;
+  }
+  Lobe brushed = lobe;
+  brushed.frame = out.add_frame(frame);
+  out.add(brushed, weight);
+}
+
+void add_passing(float cosine, const Color& color, const ggx::Roughness& roughness, Closure& out) {
+  if (std::max(roughness.alpha_x, roughness.alpha_y) < ggx::alpha_smooth) {
+    out.add({.kind = LobeKind::pane, .tint = color, .ior = 1});
+    return;
+  }
+  const ggx::Roughness across{roughness.alpha_y, roughness.alpha_y};
+  const microfacet::Surface white = microfacet::surface_of({gray(1), {}, {}}, across);
+  const microfacet::View view = microfacet::view_of(across, {.cosine = cosine});
+  out.add(scaled(microfacet::lobe_of(white, view, true), color), max_component(color));
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,43 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "worker/render/bsdf/inputs.hpp"
+#include "worker/render/bsdf/microfacet.hpp"
+
+/// What surfaces of microfacets have in common at a hit.
+namespace tessera::render {
+
+inline float cosine_to(const Frame& frame, const Source& source) {
+  return dot(source.point.wo, frame.n);
+}
+inline float facing(const Frame& frame, const Source& source) {
+  return std::min(1.0F, std::abs(cosine_to(frame, source)));
+}
+
+/// KHR_materials_anisotropy: αt = mix(r², 1, strength²), αb = r².
+inline ggx::Roughness roughness_of(float roughness, float strength = 0) {
+  const float alpha = roughness * roughness;
+  return {alpha + (1 - alpha) * strength * strength, alpha};
+}
+
+/// The unit vector at an angle, in radians counter-clockwise from the first axis.
+Vec2 direction_of(float angle);
+
+/// Microfacets at a hit, in a frame of their own where they are brushed: along `direction`, of any
+/// length, by the surface's tangent and across.
+struct Layer {
+  Frame frame;
+  microfacet::View view;
+
+  Layer(const Source& source, const Frame& shading, const ggx::Roughness& roughness,
+        Vec2 direction);
+  /// Adds a lobe of these microfacets, which is chosen by its albedo.
+  void add(const Lobe& lobe, const Color& albedo, Closure& out) const;
+};
+
+/// Adds light that goes straight through a thin wall, or nearly so: wide as it is across, whatever
+/// way the surface is brushed.
+void add_passing(float cosine, const Color& color, const ggx::Roughness& roughness, Closure& out);
+
+}  // namespace tessera::render
