@@ -89,8 +89,8 @@ void add_job_options(CLI::App& command, Line& line, JobOptions& job) {
       ->type_name("LIMIT");
   command
       .add_option("--noise", job.noise_threshold,
-                  "End at a whole pass when pixels are off by this share of their light in the "
-                  "mean: 0.01 is one in a hundred; --samples is then the most")
+                  "End each frame at a whole pass when its pixels are off by this share of their "
+                  "light in the mean: 0.01 is one in a hundred; --samples is then the most")
       ->type_name("LEVEL");
   command.add_option("--max-workers", job.max_workers, "Most workers at once; 0: no limit (0)")
       ->type_name("N");

@@ -52,6 +52,7 @@ JobState job_state_from(const Json& job) {
     read(*frames, "count", out.frames);
   }
   read(job, "frames_done", out.frames_done);
+  read(job, "frames_shortened", out.frames_shortened);
   read(job, "render_seconds", out.render_seconds);
   read(job, "cpu_seconds", out.cpu_seconds);
   read(job, "rays", out.rays);
@@ -133,6 +134,7 @@ std::string progress_line(const JobState& job) {
   // Rounded down: 100 % is said when all is done, and not before.
   std::string out = fmt::format("{:<9} {:5.1f} %", job.state, std::floor(job.progress * 1000) / 10);
   if (job.frames > 1) out += fmt::format("  {} of {} frames", job.frames_done, job.frames);
+  if (job.frames_shortened > 0) out += fmt::format(", {} by noise", job.frames_shortened);
   if (job.state == "rendering" && job.samples_per_second > 0)
     out += fmt::format("  {} samples/s", count_text(job.samples_per_second));
   if (job.eta_seconds && !job.ended()) out += fmt::format("  {} left", eta_text(job));

@@ -27,6 +27,7 @@ struct JobState {
   std::int64_t first_frame = 1;
   std::int64_t frames = 1;
   std::int64_t frames_done = 0;
+  std::int64_t frames_shortened = 0;  ///< of several, ended by their noise before all samples
   double render_seconds = 0;
   double cpu_seconds = 0;
   std::int64_t rays = 0;

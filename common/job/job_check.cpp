@@ -95,8 +95,6 @@ void check_ends(const JobSpec& spec) {
     bad("time_limit_seconds", "expected a job of one frame, to limit its time");
   if (!(spec.noise_threshold >= 0 && spec.noise_threshold <= noise_most))
     bad("noise_threshold", fmt::format("expected a number from 0 to {}", noise_most));
-  if (spec.noise_threshold > 0 && spec.frames.count() > 1)
-    bad("noise_threshold", "expected a job of one frame, to end it by its noise");
 }
 
 void check_tasks(const JobSpec& spec) {

@@ -134,6 +134,7 @@ Rect rect_from_json(const nlohmann::json& json, const std::string& path) {
 
 JobSpec for_workers(JobSpec spec) {
   spec.cryptomatte = {};
+  spec.noise_threshold = 0;
   return spec;
 }
 

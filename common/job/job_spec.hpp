@@ -55,9 +55,9 @@ std::string_view name_of(TileOrder order);
 TileOrder tile_order_from(std::string_view name);
 
 /// A job as a person submits it: one scene, one camera, one frame or a range, and how to render it.
-/// What says when and by whom it is rendered (priority, order, focus, max_workers), when it ends
-/// (time limit, noise threshold), the name and the names for manifests stand outside the plan
-/// digest; priority, focus and max_workers can be changed later.
+/// What says when and by whom it is rendered (priority, order, focus, max_workers), when it and its
+/// frames end (time limit, noise threshold), the name and the names for manifests stand outside the
+/// plan digest; priority, focus and max_workers can be changed later.
 struct JobSpec {
   std::string name;    ///< for people; a plain name
   int priority = 0;    ///< −100 … 100; higher first
@@ -74,16 +74,16 @@ struct JobSpec {
   TileOrder order = TileOrder::hilbert;
   std::optional<Rect> focus;      ///< pixels of the film that are rendered first
   double time_limit_seconds = 0;  ///< from its first lease; it ends at a whole pass; 0: no limit
-  /// It ends at the first whole pass looked at whose noise is at most this; 0: it makes all its
-  /// samples.
+  /// Each frame ends at the first whole pass looked at whose noise is at most this; 0: it makes all
+  /// its samples.
   double noise_threshold = 0;
   MatteNames cryptomatte;  ///< names for the manifests of its Cryptomattes
 
   bool operator==(const JobSpec&) const = default;
 };
 
-/// What of a job its workers are told: all but the names for manifests, which are the coordinator's
-/// alone.
+/// What of a job its workers are told: all but the names for manifests and the noise threshold,
+/// which are the coordinator's alone (earlier workers refuse the latter for several frames).
 JobSpec for_workers(JobSpec spec);
 
 /// The moment that a frame shows, in seconds: frame 1 is the time 0.

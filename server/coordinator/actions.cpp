@@ -78,9 +78,20 @@ void CoordinatorImpl::perform_one(const JobShortened& shortened) {
   job->spec_changed();
 }
 
+void CoordinatorImpl::perform_one(const FrameShortened& shortened) {
+  Job* job = find(shortened.job);
+  if (!job || job->ended) return;
+  const auto& [id, frame, samples] = shortened;
+  const auto [known, fresh] = job->record.shortened_frames.emplace(frame, samples);
+  if (!fresh) return;  // read back at the start
+  log::info("job {} frame {}: its noise is low enough; it ends with {} of {} samples", id, frame,
+            samples, job->record.spec.render.samples);
+  job->shortened_unsaved.insert(frame);
+}
+
 void CoordinatorImpl::perform_one(const MeasureNoise& asked) {
   const std::function<void(double)> tell = [this, asked](double noise) {
-    perform(scheduler_.noise_measured(asked.job, asked.passes, noise, now()));
+    perform(scheduler_.noise_measured(asked.job, asked.frame, asked.passes, noise, now()));
   };
   crew_.start("a look at a frame's noise",
               look_at_noise(films_, pool_, asked.job, asked.frame, tell));

@@ -133,6 +133,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::try_to_settle(
   input.job = id;
   input.frame = frame;
   input.plan = known(id).plan;
+  input.passes = known(id).passes_of(frame);
   const std::function<std::optional<Checkpoint>()> make = [this, input, film] {
     if (film) return std::optional(write_checkpoint(*store_, input.job, input.frame, *film));
     return settle(*store_, input, [this] { return stopped_.load(); });

@@ -87,6 +87,8 @@ struct JobStatus {
   std::vector<Share> shares;                ///< by worker, most first
   std::vector<std::int64_t> extended_from;  ///< samples it had before, oldest first
   std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
+  /// Frames of several that ended by their noise with fewer samples than those asked for.
+  std::uint32_t frames_shortened = 0;
 };
 
 /// What is kept, bytes; of films, what is in memory.
@@ -213,6 +215,8 @@ class Coordinator {
   /// The present version without encoding anything.
   [[nodiscard]] virtual std::optional<std::uint64_t> version(JobId id,
                                                              std::int32_t frame) const = 0;
+  /// Samples of each pixel that the frame has when it is done, at most while it is not.
+  [[nodiscard]] virtual std::optional<std::int64_t> samples(JobId id, std::int32_t frame) const = 0;
 
   /// Since the start.
   [[nodiscard]] virtual CoordinatorCounters counters() const = 0;

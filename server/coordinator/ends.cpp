@@ -24,6 +24,8 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_frame(JobId id, std::int32_
   const AtWork working = at_work(id);
   // Before the file: a start that finds it must not take it for one of all the samples.
   if (known(id).shortened && !co_await save_surely(id)) co_return;
+  if (known(id).shortened_unsaved.contains(frame) && !co_await save_shortened_surely(id, frame))
+    co_return;
   Duration wait = retry_first;
   while (!co_await write_frame(id, frame)) {
     co_await crew_.pause(wait);
@@ -65,7 +67,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::write_frame(JobId id, std::int32_t
   films_.forget(id, frame);
   if (!is_end(job.record.state) && !job.broken) {
     // Of a film that has the regular passes and no others its checkpoint is made as it stands.
-    if (job.plan->passes.regular() != job.plan->passes.count()) whole.let_go();
+    if (job.passes_of(frame) > job.plan->passes.regular()) whole.let_go();
     if (whole.pixels) whole.counted = settling_.take(bytes);
     job.unsettled.insert(frame);
     crew_.start("a frame's checkpoint", settle_frame(id, frame, std::move(whole)));
@@ -88,7 +90,7 @@ boost::asio::awaitable<void> CoordinatorImpl::finish_job(JobId id) {
   if (!co_await save_surely(id)) co_return;
   if (job.broken) co_return;  // it has failed meanwhile
   job.end.reset();
-  job.record = end;
+  job.has_ended_as(end);
   job.ended = true;
   log::info("job {} is done after {:.1f} s", id, end.render_seconds);
   let_go(id);
@@ -104,7 +106,7 @@ boost::asio::awaitable<void> CoordinatorImpl::abandon_job(JobId id, std::string 
     job.end = end;
     if (!co_await save_surely(id)) co_return;
     job.end.reset();
-    job.record = end;
+    job.has_ended_as(end);
   }
   job.owed.emplace();
   job.ended = true;
@@ -174,6 +176,29 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobId id) {
     const std::exception_ptr error = co_await save_or_error(id);
     if (!error) co_return true;
     log::error("job {}: its state could not be kept: {}", id, message_of(error));
+    co_await crew_.pause(wait);
+    wait = longer(wait);
+  }
+  co_return false;
+}
+
+boost::asio::awaitable<bool> CoordinatorImpl::save_shortened_surely(JobId id, std::int32_t frame) {
+  Duration wait = retry_first;
+  const std::function<void()> put = [this, id, frame, samples = known(id).samples_of(frame)] {
+    store_->shorten_frame(id, frame, samples);
+  };
+  while (!crew_.stopping() && find(id)) {
+    std::exception_ptr error;
+    try {
+      co_await on_writer(put);
+    } catch (const std::exception&) {
+      error = std::current_exception();
+    }
+    if (!error) {
+      known(id).shortened_unsaved.erase(frame);
+      co_return true;
+    }
+    log::error("job {} frame {}: its end could not be kept: {}", id, frame, message_of(error));
     co_await crew_.pause(wait);
     wait = longer(wait);
   }

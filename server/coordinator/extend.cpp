@@ -26,6 +26,7 @@ JobRecord extended(const Job& job, std::int64_t samples) {
   record.spec.render.samples = samples;
   // Who names the samples wants them all.
   record.spec.time_limit_seconds = record.spec.noise_threshold = 0;
+  record.shortened_frames.clear();
   if (!is_end(record.state)) return record;
   record.state = "queued";
   record.started = record.finished = 0;  // its render time so far stays, and counts
@@ -45,11 +46,12 @@ void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) cons
                 fmt::format("job {} cannot be extended: {}. Its pictures stand; put the file back "
                             "and start the server again, or submit the scene with {} samples",
                             id, damage->second, samples));
-  const std::int64_t present = job.plan->spec.render.samples;
-  if (samples <= present)
+  // Frames that ended by their noise may have fewer than others: none may lose any.
+  const auto [fewest, most] = samples_of_frames(job);
+  if (samples < most || samples <= fewest)
     throw Error(ErrorKind::bad_input,
-                fmt::format("expected more samples than the {} that job {} has, found {}", present,
-                            id, samples),
+                fmt::format("expected {} than the {} that job {} has, found {}",
+                            fewest < most ? "no fewer samples" : "more samples", most, id, samples),
                 {.key = "samples"});
   JobSpec spec = job.plan->spec;
   spec.render.samples = samples;
@@ -206,17 +208,21 @@ boost::asio::awaitable<void> CoordinatorImpl::reopen(JobRecord record) {
   films_.forget(id);
   pictures_.forget(id);
   Job& job = known(id);
-  const std::set<std::int32_t> files = job.files;
+  std::set<std::int32_t> files = job.files;
   const std::uint64_t failures = job.failures;
   const int arriving = job.arriving;
   const int at_work = job.at_work;
-  const bool same_plan = record.extended_from == job.record.extended_from;
+  // Pictures of the plan before are none any more, but for those with as many samples.
+  if (record.extended_from != job.record.extended_from)
+    std::erase_if(files, [&](std::int32_t frame) {
+      return job.samples_of(frame) != record.spec.render.samples;
+    });
   job = Job(record, now(), unix_millis_now());
   job.extending = true;
   job.failures = failures;
   job.arriving = arriving;
   job.at_work = at_work;
-  if (same_plan) job.files = files;
+  job.files = files;
   for (auto& [worker, entry] : workers_) entry.told.erase(id);
   perform(scheduler_.replace_job(id, job.plan, now(), job.earlier_plans));
   take_in(job, content);

@@ -64,6 +64,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<Picture> png(JobId id, std::int32_t frame, double exposure_stops) override;
   boost::asio::awaitable<Picture> tiles(JobId id, std::int32_t frame, std::uint64_t since) override;
   [[nodiscard]] std::optional<std::uint64_t> version(JobId id, std::int32_t frame) const override;
+  [[nodiscard]] std::optional<std::int64_t> samples(JobId id, std::int32_t frame) const override;
 
   // ---- workers.cpp ----
   [[nodiscard]] CoordinatorCounters counters() const override { return counters_; }
@@ -127,6 +128,7 @@ class CoordinatorImpl : public Coordinator {
   void perform_one(const AttemptFailed& failed);
   void perform_one(const WorkerQuarantined& barred);
   void perform_one(const JobShortened& shortened);
+  void perform_one(const FrameShortened& shortened);
   void perform_one(const MeasureNoise& asked);
   void perform_one(const JobFinished& finished);
   void perform_one(const FrameFinished& finished);
@@ -249,6 +251,8 @@ class CoordinatorImpl : public Coordinator {
   /// Until the store takes the job's record, at each attempt as it is then. False if the job is
   /// forgotten or the coordinator stops before that.
   boost::asio::awaitable<bool> save_surely(JobId id);
+  /// The same of the samples that a frame has which ended by its noise.
+  boost::asio::awaitable<bool> save_shortened_surely(JobId id, std::int32_t frame);
   /// The job's record has changed, or was taken back: sees to it that the store says the same.
   void keep(Job& job);
   boost::asio::awaitable<void> keep_record(JobId id);

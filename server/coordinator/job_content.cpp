@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <tuple>
 
@@ -57,7 +58,7 @@ class KeptFrame {
         checkpointed_[tile.tile] = {tile.passes,
                                     CheckpointPlace{before->number, tile.offset, tile.length}};
     store.results_of(of.job, of.frame, [&](const IndexedResult& result) {
-      if (result.task.pass < of.plan->passes.regular())
+      if (result.task.pass < regular_)
         results_[{result.task.tile, result.task.pass}] = result.place;
     });
   }
@@ -66,7 +67,7 @@ class KeptFrame {
   [[nodiscard]] bool whole() const {
     if (!results_.empty() || checkpointed_.size() != of_.plan->grid.count()) return false;
     for (const auto& [tile, held] : checkpointed_)
-      if (held.first < of_.plan->passes.regular()) return false;
+      if (held.first < regular_) return false;
     return true;
   }
 
@@ -79,7 +80,7 @@ class KeptFrame {
       const std::vector<std::byte> bytes = store_.read_checkpoint(held->second.second);
       sums = parsed([&] { return film_tile_from(bytes, window, layout_); });
     }
-    while (sums.passes < plan.passes.regular()) {
+    while (sums.passes < regular_) {
       const TaskId task{of_.frame, index, sums.passes};
       const auto place = results_.find({index, sums.passes});
       if (place == results_.end()) throw DamagedError(fmt::format("{} is not kept", text_of(task)));
@@ -93,6 +94,7 @@ class KeptFrame {
  private:
   const Store& store_;
   const SettleInput& of_;
+  std::uint32_t regular_ = std::min(of_.passes, of_.plan->passes.regular());
   image::Layout layout_ = image::layout_of(of_.plan->spec.render.aovs);
   std::map<std::uint32_t, std::pair<std::uint32_t, CheckpointPlace>> checkpointed_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, ResultPlace> results_;

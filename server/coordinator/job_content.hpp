@@ -28,14 +28,15 @@ JobContent read_job(const Store& store, JobId job);
 void check_readable(const Store& store, const JobContent& content,
                     const std::function<bool()>& stopped);
 
-/// Writes a checkpoint of a finished frame's regular passes, from its checkpoint so far and the
-/// journal; nullopt if it has one of all of them already. Blocks. Throws DamagedError if what is
-/// kept of the frame is damaged or not all there: no later attempt goes better. Throws Error if
-/// it cannot be read or written, or once `stopped` says so.
+/// Writes a checkpoint of a finished frame's regular passes, or of those of them that it has, from
+/// its checkpoint so far and the journal; nullopt if it has one of all of them already. Blocks.
+/// Throws DamagedError if what is kept of the frame is damaged or not all there: no later attempt
+/// goes better. Throws Error if it cannot be read or written, or once `stopped` says so.
 struct SettleInput {
   JobId job = 0;
   std::int32_t frame = 0;
   std::shared_ptr<const JobPlan> plan;
+  std::uint32_t passes = 0;  ///< that the frame has
 };
 std::optional<Checkpoint> settle(const Store& store, const SettleInput& input,
                                  const std::function<bool()>& stopped);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "server/schedule/noise_stop.hpp"
+
 namespace tessera::server {
 
 namespace {
@@ -23,6 +25,19 @@ bool is_end(const std::string& state) {
   return state == "done" || state == "failed" || state == "cancelled";
 }
 
+SamplesOfFrames samples_of_frames(const Job& job) {
+  const std::int64_t all = job.plan->passes.samples();
+  const auto& shortened = job.record.shortened_frames;
+  // Of what no frame is shortened to, unless all are.
+  const bool some_has_all = shortened.size() < job.plan->spec.frames.count();
+  SamplesOfFrames found{all, some_has_all ? all : 0};
+  for (const auto& [frame, samples] : shortened) {
+    found.fewest = std::min(found.fewest, samples);
+    found.most = std::max(found.most, samples);
+  }
+  return found;
+}
+
 std::uint64_t final_version(const Job& job) {
   return job.version_base + static_cast<std::uint64_t>(job.plan->tasks_per_frame());
 }
@@ -35,7 +50,8 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
     JobSpec before = plan->spec;
     before.render.samples = samples;
     const JobPlan earlier(before);
-    earlier_plans.push_back(earlier.digest);
+    // Where all frames ended before the samples asked for, it may have been extended to just these.
+    if (earlier.digest != plan->digest) earlier_plans.push_back(earlier.digest);
     version_base += static_cast<std::uint64_t>(earlier.tasks_per_frame()) + 1;
   }
   if (record.shortened_from > 0) {
@@ -60,6 +76,12 @@ Job::Job(JobRecord from, Instant now, UnixMillis wall_now)
   last_fold = now;  // the latest that it can have been; the time between two runs counts
 }
 
+void Job::has_ended_as(const JobRecord& kept) {
+  auto shortened_frames = std::move(record.shortened_frames);
+  record = kept;
+  record.shortened_frames = std::move(shortened_frames);
+}
+
 void Job::spec_changed() { plan = std::make_shared<const JobPlan>(plan_of(record)); }
 
 void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
@@ -79,7 +101,26 @@ double Job::render_seconds(Instant now, bool leased) const {
 }
 
 std::int64_t Job::samples_total() const {
-  return plan->grid.window().pixels() * plan->passes.samples() * plan->spec.frames.count();
+  std::int64_t samples = plan->passes.samples() * plan->spec.frames.count();
+  for (const auto& [frame, fewer] : record.shortened_frames)
+    samples -= plan->passes.samples() - fewer;
+  return plan->grid.window().pixels() * samples;
+}
+
+std::int64_t Job::tasks_total() const {
+  std::int64_t passes = std::int64_t{plan->passes.count()} * plan->spec.frames.count();
+  for (const auto& [frame, fewer] : record.shortened_frames)
+    passes -= plan->passes.count() - passes_within(plan->passes, fewer);
+  return plan->grid.count() * passes;
+}
+
+std::int64_t Job::samples_of(std::int32_t frame) const {
+  const auto fewer = record.shortened_frames.find(frame);
+  return fewer == record.shortened_frames.end() ? plan->passes.samples() : fewer->second;
+}
+
+std::uint32_t Job::passes_of(std::int32_t frame) const {
+  return passes_within(plan->passes, samples_of(frame));
 }
 
 std::vector<JobRecord::Share> Job::shares_by_size() const {
@@ -118,7 +159,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   } else {
     status.view.id = record.id;
     status.view.state = record.state;
-    status.view.tasks = plan->tasks();
+    status.view.tasks = tasks_total();
     status.view.samples = samples_total();
     for (const auto& [worker, samples] : shares) status.view.samples_done += samples;
     if (record.state == "done") status.view.samples_done = status.view.samples;
@@ -142,6 +183,7 @@ JobStatus Job::status(const std::optional<JobView>& view, Instant now) const {
   status.failures = failures;
   status.extended_from = record.extended_from;
   status.shortened_from = record.shortened_from;
+  status.frames_shortened = static_cast<std::uint32_t>(record.shortened_frames.size());
   for (const JobRecord::Share& share : shares_by_size())
     status.shares.push_back({share.worker, share.samples});
   return status;

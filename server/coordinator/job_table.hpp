@@ -50,6 +50,7 @@ struct Job {
   bool unsaved = false;    ///< the record differs from what was last given to the store
   bool keeping = false;    ///< …, and somebody sees to it
   bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
+  std::set<std::int32_t> shortened_unsaved;  ///< frames of which the same holds
   bool ending = false;     ///< the scheduler is done with it; files and state are being written
   bool ended = false;      ///< the end is durable
   bool broken = false;     ///< what was durable cannot be read back: it has failed in this run
@@ -59,6 +60,8 @@ struct Job {
   [[nodiscard]] bool at_rest() const {
     return ended && at_work == 0 && arriving == 0 && !extending && !removing;
   }
+  /// The end is durable. Frames that were shortened meanwhile are so still.
+  void has_ended_as(const JobRecord& kept);
   /// What the store is to have now.
   [[nodiscard]] const JobRecord& to_keep() const { return end ? *end : record; }
   /// The record's spec or priority has another value: the plan says the same.
@@ -70,6 +73,11 @@ struct Job {
   /// which the coordinator was down in between counts.
   [[nodiscard]] double render_seconds(Instant now, bool leased) const;
   [[nodiscard]] std::int64_t samples_total() const;
+  /// Tasks of all frames, of each the passes that it has or is to have at most.
+  [[nodiscard]] std::int64_t tasks_total() const;
+  /// Samples of each pixel that the frame has, or is to have at most; and the passes of these.
+  [[nodiscard]] std::int64_t samples_of(std::int32_t frame) const;
+  [[nodiscard]] std::uint32_t passes_of(std::int32_t frame) const;
   /// Most first; equal ones by name.
   [[nodiscard]] std::vector<JobRecord::Share> shares_by_size() const;
   /// The record as it is to be kept when the job ends in this state.
@@ -79,6 +87,12 @@ struct Job {
   /// only once its files are written.
   [[nodiscard]] JobStatus status(const std::optional<JobView>& view, Instant now) const;
 };
+
+/// Fewest and most samples of each pixel that a frame of the job has, or is to have at most.
+struct SamplesOfFrames {
+  std::int64_t fewest = 0, most = 0;
+};
+SamplesOfFrames samples_of_frames(const Job& job);
 
 /// A frame's version once its file stands: at least any that was told before.
 std::uint64_t final_version(const Job& job);

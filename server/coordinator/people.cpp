@@ -203,7 +203,7 @@ boost::asio::awaitable<void> CoordinatorImpl::cancel(JobId id) {
     if (view && view->state == "failed") perform_one(JobFailed{id, view->error});
     std::rethrow_exception(error);
   }
-  job.record = end;
+  job.has_ended_as(end);
   job.spec_changed();  // its time may have been up meanwhile
   perform(scheduler_.cancel_job(id, now()));
   log::info("job {} is cancelled", id);

@@ -47,6 +47,12 @@ std::optional<std::uint64_t> CoordinatorImpl::version(JobId id, std::int32_t fra
   return film ? film->version() : job->version_base;
 }
 
+std::optional<std::int64_t> CoordinatorImpl::samples(JobId id, std::int32_t frame) const {
+  const Job* job = find(id);
+  if (!job || !job->plan->spec.frames.contains(frame)) return std::nullopt;
+  return job->samples_of(frame);
+}
+
 boost::asio::awaitable<Picture> CoordinatorImpl::picture(PictureKey key) {
   if (!std::isfinite(key.exposure))
     throw Error(ErrorKind::bad_input, "expected a finite number of stops", {.key = "exposure"});
@@ -122,7 +128,9 @@ boost::asio::awaitable<Picture> CoordinatorImpl::produce(PictureKey key) {
 }
 
 image::Metadata CoordinatorImpl::metadata_for(const Job& job, std::int32_t frame) const {
-  image::Metadata metadata = image::metadata_of(job.plan->spec, frame);
+  JobSpec spec = job.plan->spec;
+  spec.render.samples = job.samples_of(frame);
+  image::Metadata metadata = image::metadata_of(spec, frame);
   metadata.set("tessera.build", std::string(build_commit()));
   if (job.build) metadata.set("tessera.worker_build", job.build->hex());
   const JobStatus status = status_of(job);

@@ -66,8 +66,7 @@ void CoordinatorImpl::restore_job(const JobRecord& record) {
   // Files of the plan before are pictures no longer.
   if (!record.extended_from.empty())
     std::erase_if(job.files, [&](std::int32_t frame) {
-      return samples_of_file(frame_path(settings_.data, record.id, frame)) !=
-             job.plan->spec.render.samples;
+      return samples_of_file(frame_path(settings_.data, record.id, frame)) != job.samples_of(frame);
     });
   perform(scheduler_.add_job(record.id, job.plan, now(), job.earlier_plans));
   // Until all that is durable is known nothing is decided by a part of it.
@@ -112,6 +111,8 @@ void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
   for (const Tally& tally : content.tallies)
     job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
               tally.worker_build);
+  for (const auto& [frame, samples] : job.record.shortened_frames)
+    scheduler_.restore_shortened(id, frame, samples);
   for (const Checkpoint& checkpoint : content.checkpoints)
     if (!job.files.contains(checkpoint.frame))
       for (const CheckpointTile& tile : checkpoint.tiles)
@@ -127,7 +128,7 @@ void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
         perform(scheduler_.tile_folded(id, frame, tile, film->passes(tile), now()));
   for (const std::int32_t frame : job.files)
     for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
-      perform(scheduler_.tile_folded(id, frame, tile, job.plan->passes.count(), now()));
+      perform(scheduler_.tile_folded(id, frame, tile, job.passes_of(frame), now()));
 }
 
 }  // namespace tessera::server

@@ -28,7 +28,10 @@ Json detailed(const ApiContext& api, const JobStatus& status) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::int32_t frame = frames.number(i);
     const auto version = api.coordinator.version(status.view.id, frame);
-    if (version.value_or(0) > 0) pictures.push_back({{"frame", frame}, {"version", *version}});
+    const auto samples = api.coordinator.samples(status.view.id, frame);
+    if (version.value_or(0) > 0)
+      pictures.push_back(
+          {{"frame", frame}, {"version", *version}, {"samples", samples.value_or(0)}});
   }
   job["pictures"] = std::move(pictures);
   return job;

@@ -90,6 +90,7 @@ Json job_object(const JobStatus& status) {
   job["waiting_for"] = view.waiting_for.empty() ? Json() : Json(view.waiting_for);
   job["extended_from"] = status.extended_from;
   job["shortened_from"] = status.shortened_from > 0 ? Json(status.shortened_from) : Json();
+  job["frames_shortened"] = status.frames_shortened;
   job["bundle"] = spec.bundle.hex();
   job["plan"] = status.plan->digest.hex();
   job["build"] = view.build ? Json(view.build->hex()) : Json();

@@ -44,10 +44,18 @@ struct JobFailed {
   JobId job = 0;
   std::string reason;
 };
-/// The job's time is up, or its noise is low enough: it is done with so many samples of each pixel,
-/// as if these had been asked for. Said once, just before it is finished.
+/// The job, which has one frame, is done with so many samples of each pixel, for its time is up or
+/// its noise low enough: as if these had been asked for. Said once, just before it is finished.
 struct JobShortened {
   JobId job = 0;
+  std::int64_t samples = 0;
+};
+/// One of the job's several frames is done with so many samples of each pixel, for its noise is low
+/// enough: as if it were a job of its own of which these had been asked for. Said just before it is
+/// finished, once in each epoch.
+struct FrameShortened {
+  JobId job = 0;
+  std::int32_t frame = 0;
   std::int64_t samples = 0;
 };
 /// The frame has so many passes of every tile, and gets no more before Scheduler::noise_measured
@@ -85,8 +93,8 @@ struct AttemptFailed {
   std::optional<Instant> granted;  ///< lacking: no longer known
 };
 using Action =
-    std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobShortened, JobFinished,
-                 FrameFinished, AttemptFailed, WorkerQuarantined, MeasureNoise>;
+    std::variant<GrantLease, RevokeLeases, DropWorker, JobFailed, JobShortened, FrameShortened,
+                 JobFinished, FrameFinished, AttemptFailed, WorkerQuarantined, MeasureNoise>;
 /// In the order in which they are to be carried out.
 using Actions = std::vector<Action>;
 

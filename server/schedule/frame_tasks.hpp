@@ -33,6 +33,7 @@ class FrameTasks {
   std::optional<FrameTask> peek();
   /// Passes [0, passes) are offered from now on, more than before; without a call all are.
   void offer_passes(std::uint32_t passes);
+  [[nodiscard]] std::uint32_t offered() const { return offered_; }
   /// There are no more passes than these, fewer than before; later ones are neither taken nor
   /// closed. O(tiles).
   void cut(std::uint32_t passes);

@@ -65,14 +65,18 @@ struct JobEntry {
   Instant progress_mark{};         // up to where `progress` has been told
   Instant begun{};                 // its first lease, in this epoch
   std::optional<Instant> started;  // … ever
-  bool cut = false;                // its time is up, or its noise low enough: no more passes
-  // Passes after which its noise was, last, asked for and found too high.
-  std::uint32_t look_asked = 0, looked_at = 0;
-  double changes = 0, losses = 0;  // as Pace says
+  /// Passes after which a frame's noise was, last, asked for and found too high.
+  struct Look {
+    std::uint32_t asked = 0, too_high = 0;
+  };
+  std::map<std::int32_t, Look> looks;  // of frames that are not finished
+  double changes = 0, losses = 0;      // as Pace says
 
   [[nodiscard]] const JobPlan& plan() const { return tasks.plan(); }
+  /// Of a job whose time is limited: it has one frame.
+  [[nodiscard]] std::int32_t only_frame() const { return plan().spec.frames.first(); }
   [[nodiscard]] bool limited() const { return plan().spec.time_limit_seconds > 0; }
-  /// It ends when its noise is low enough.
+  /// Its frames end when their noise is low enough.
   [[nodiscard]] bool watched() const { return plan().spec.noise_threshold > 0; }
   /// Seconds until its time is up; less than 0 after.
   [[nodiscard]] double time_left(Instant now) const {

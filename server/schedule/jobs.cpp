@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "server/schedule/noise_stop.hpp"
 #include "server/schedule/state.hpp"
 
 namespace tessera::server {
@@ -65,7 +66,7 @@ JobEntry* Scheduler::State::add(JobId job, std::shared_ptr<const JobPlan> plan, 
   if (!fresh) return nullptr;
   entry->second.progress_mark = now;
   if (entry->second.limited()) limited.insert(job);
-  if (entry->second.limited() || entry->second.watched()) offer(entry->second, 1);
+  if (entry->second.limited() || entry->second.watched()) offer_first(entry->second, 1);
   entry->second.earlier_plans = {earlier.begin(), earlier.end()};
   order.push_back(&entry->second);
   sort_order();
@@ -97,8 +98,20 @@ void Scheduler::restore_closed(JobId job, const TaskId& task) {
   JobEntry* entry = state_->live_job(job);
   if (entry == nullptr || !entry->plan().contains(task)) return;
   // What was begun before the start is finished.
-  if (task.pass >= entry->tasks.offered()) state_->offer(*entry, task.pass + 1);
+  if (task.pass >= entry->tasks.offered(task.frame) && task.pass < entry->tasks.passes(task.frame))
+    state_->offer(*entry, task.frame, task.pass + 1);
   if (entry->tasks.close(task)) entry->left.closed(task.tile, entry->tasks.samples(task));
+}
+
+void Scheduler::restore_shortened(JobId job, std::int32_t frame, std::int64_t samples) {
+  JobEntry* entry = state_->live_job(job);
+  if (entry == nullptr || !entry->plan().spec.frames.contains(frame)) return;
+  const PassPlan& plan = entry->plan().passes;
+  const std::uint32_t passes = passes_within(plan, samples);
+  if (passes == 0 || passes >= entry->tasks.passes(frame) || plan.pass(passes - 1).end() != samples)
+    return;
+  entry->left.cut(plan.samples() - samples);
+  entry->tasks.cut(frame, passes);
 }
 
 void Scheduler::restore_started(JobId job, Instant first_lease) {

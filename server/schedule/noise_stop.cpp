@@ -1,6 +1,6 @@
-// Jobs that end when their frame's noise is low enough. What is looked at is the film of whole
-// passes of every tile, at passes that the plan tells, and no pass beyond is begun before: so when
-// such a job ends depends on its samples alone.
+// Frames that end when their noise is low enough. What is looked at is the film of whole passes of
+// every tile, at passes that the plan tells, and no pass of the frame beyond is begun before: so
+// when a frame ends depends on its samples alone, and not on the job's other frames.
 #include "server/schedule/noise_stop.hpp"
 
 #include "server/schedule/state.hpp"
@@ -24,37 +24,60 @@ std::uint32_t next_look(const PassPlan& plan, std::uint32_t passes) {
   return plan.count();
 }
 
-void Scheduler::State::offer(JobEntry& job, std::uint32_t passes) {
+std::uint32_t passes_within(const PassPlan& plan, std::int64_t samples) {
+  std::uint32_t within = 0, beyond = plan.count();
+  while (within < beyond) {
+    const std::uint32_t middle = within + (beyond - within) / 2;
+    if (plan.pass(middle).end() <= samples) {
+      within = middle + 1;
+    } else {
+      beyond = middle;
+    }
+  }
+  return within;
+}
+
+void Scheduler::State::offer_first(JobEntry& job, std::uint32_t passes) {
   const bool ahead = job.watched() && !job.limited();
-  job.tasks.offer_passes(ahead ? next_look(job.plan().passes, passes) : passes);
+  job.tasks.offer_first(ahead ? next_look(job.plan().passes, passes) : passes);
 }
 
-bool Scheduler::State::awaits_look(const JobEntry& job) const {
-  const std::uint32_t offered = job.tasks.offered();
-  return job.watched() && job.looked_at < offered && offered < job.tasks.passes() &&
-         noise_is_looked_at(job.plan().passes, offered);
+void Scheduler::State::offer(JobEntry& job, std::int32_t frame, std::uint32_t passes) {
+  const bool ahead = job.watched() && !job.limited();
+  job.tasks.offer_passes(frame, ahead ? next_look(job.plan().passes, passes) : passes);
 }
 
-void Scheduler::State::ask_for_look(JobEntry& job, Actions& actions) {
-  const std::uint32_t offered = job.tasks.offered();
-  if (!job.watched() || job.look_asked >= offered || !job.tasks.all_folded(offered)) return;
-  if (!awaits_look(job)) return;
-  job.look_asked = offered;
-  actions.emplace_back(MeasureNoise{job.id, job.plan().spec.frames.first(), offered});
+bool Scheduler::State::awaits_look(const JobEntry& job, std::int32_t frame) const {
+  const std::uint32_t offered = job.tasks.offered(frame);
+  const auto look = job.looks.find(frame);
+  return job.watched() && (look == job.looks.end() || look->second.too_high < offered) &&
+         offered < job.tasks.passes(frame) && noise_is_looked_at(job.plan().passes, offered);
 }
 
-Actions Scheduler::noise_measured(JobId job, std::uint32_t passes, double noise, Instant now) {
+void Scheduler::State::ask_for_look(JobEntry& job, std::int32_t frame, Actions& actions) {
+  const std::uint32_t offered = job.tasks.offered(frame);
+  if (!job.watched() || !job.tasks.all_folded(frame, offered) || !awaits_look(job, frame)) return;
+  std::uint32_t& asked = job.looks[frame].asked;
+  if (asked >= offered) return;
+  asked = offered;
+  actions.emplace_back(MeasureNoise{job.id, frame, offered});
+}
+
+Actions Scheduler::noise_measured(JobId job, std::int32_t frame, std::uint32_t passes, double noise,
+                                  Instant now) {
   Actions actions;
   JobEntry* owner = state_->live_job(job);
-  if (owner == nullptr || passes != owner->tasks.offered() || !state_->awaits_look(*owner))
+  if (owner == nullptr || !owner->plan().spec.frames.contains(frame) ||
+      passes != owner->tasks.offered(frame) || !state_->awaits_look(*owner, frame) ||
+      !owner->tasks.all_folded(frame, passes))
     return actions;
   if (noise <= owner->plan().spec.noise_threshold) {
-    state_->cut(*owner, actions);
+    state_->cut(*owner, frame, actions);
   } else {
-    owner->looked_at = passes;
+    owner->looks[frame].too_high = passes;
     // Where time is limited too, another pass is offered if it is over in time.
     if (!owner->limited()) {
-      state_->offer(*owner, passes + 1);
+      state_->offer(*owner, frame, passes + 1);
       state_->work_appeared = true;
     }
   }

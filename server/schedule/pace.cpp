@@ -47,22 +47,27 @@ std::vector<const WorkerEntry*> Scheduler::State::at_work(const JobEntry& job, b
 }
 
 std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, Instant now) const {
-  return pace_of(job, job.tasks.passes(), now);
+  // Frames to come are expected to need what those needed that have ended.
+  const double spared = job.watched() ? job.tasks.spared() : 0;
+  return pace_to(job, job.tasks.expected_passes(), spared, false, now);
 }
 
 std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, std::uint32_t passes,
                                               Instant now) const {
+  const PassPlan& plan = job.plan().passes;
+  const std::int64_t spared = plan.samples() - plan.pass(passes - 1).end();
+  return pace_to(job, passes, static_cast<double>(spared), passes < plan.count(), now);
+}
+
+std::optional<Pace> Scheduler::State::pace_to(const JobEntry& job, std::uint32_t passes,
+                                              double spared, bool or_were, Instant now) const {
   if (job.state != JobEntry::State::open || !job.pace.known()) return std::nullopt;
   Pace pace;
   pace.work = job.left.work();
-  if (passes < job.tasks.passes()) {
-    const PassPlan& plan = job.plan().passes;
-    pace.work -=
-        job.left.work_of(plan.pass(job.tasks.passes() - 1).end() - plan.pass(passes - 1).end());
-  }
+  if (spared > 0) pace.work -= job.left.work_of(spared);
   pace.workers = 0;
   double measured_threads = 0, measured_power = 0, other_threads = 0;
-  for (const WorkerEntry* at_it : at_work(job, passes < job.tasks.passes())) {
+  for (const WorkerEntry* at_it : at_work(job, or_were)) {
     const WorkerEntry& worker = *at_it;
     const Share share = share_of(worker, job);
     const double part = share.all > 0 ? share.mine / share.all : 1;

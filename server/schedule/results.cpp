@@ -48,11 +48,11 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
     case TaskTable::State::closed:
       return Verdict::stale;
     case TaskTable::State::open:
-      if (task.pass >= owner->tasks.passes()) return Verdict::stale;  // cut before it
+      if (task.pass >= owner->tasks.passes(task.frame)) return Verdict::stale;  // cut before it
       if (!owner->tasks.take(task)) return Verdict::stale;
       // Granted in an earlier epoch: a pass that has begun is finished for every tile.
-      if (task.pass >= owner->tasks.offered()) {
-        state_->offer(*owner, task.pass + 1);
+      if (task.pass >= owner->tasks.offered(task.frame)) {
+        state_->offer(*owner, task.frame, task.pass + 1);
         state_->work_appeared = true;
       }
       break;
@@ -68,9 +68,15 @@ Verdict Scheduler::result_arrived(WorkerId worker, const LeaseId& lease, JobId j
 void Scheduler::State::finished(JobEntry& job, std::int32_t frame, TaskTable::Folded what,
                                 Actions& actions) {
   if (what != TaskTable::Folded::frame && what != TaskTable::Folded::job) return;
-  if (job.cut)
-    actions.emplace_back(
-        JobShortened{job.id, job.plan().passes.pass(job.tasks.passes() - 1).end()});
+  job.looks.erase(frame);
+  if (job.tasks.is_cut(frame)) {
+    const std::int64_t samples = job.tasks.frame_samples(frame);
+    if (job.plan().spec.frames.count() == 1) {
+      actions.emplace_back(JobShortened{job.id, samples});
+    } else {
+      actions.emplace_back(FrameShortened{job.id, frame, samples});
+    }
+  }
   actions.emplace_back(FrameFinished{job.id, frame});
   if (what != TaskTable::Folded::job) return;
   end_job(job, JobEntry::State::done, "the job is done", actions);
@@ -156,7 +162,8 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   Actions actions;
   JobEntry* owner = state_->live_job(job);
   if (owner == nullptr || !owner->plan().contains({frame, tile, 0})) return actions;
-  if (passes > owner->tasks.offered()) state_->offer(*owner, passes);
+  passes = std::min(passes, owner->tasks.passes(frame));
+  if (passes > owner->tasks.offered(frame)) state_->offer(*owner, frame, passes);
   const std::int64_t before = owner->tasks.samples_closed();
   const TaskTable::Folded finished = owner->tasks.fold(frame, tile, passes);
   // From what is older than the journal.
@@ -164,7 +171,7 @@ Actions Scheduler::tile_folded(JobId job, std::int32_t frame, std::uint32_t tile
   if (closed > 0) owner->left.closed(tile, closed);
   if (finished != TaskTable::Folded::nothing) state_->work_appeared = true;
   state_->finished(*owner, frame, finished, actions);
-  if (finished == TaskTable::Folded::tile) state_->ask_for_look(*owner, actions);
+  if (finished == TaskTable::Folded::tile) state_->ask_for_look(*owner, frame, actions);
   state_->settle(now, actions);
   return actions;
 }

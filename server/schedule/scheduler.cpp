@@ -92,7 +92,8 @@ JobView view_of(const JobEntry& job, std::string waiting_for, const std::optiona
     view.samples_per_second = job.progress.rate(seconds(now - job.progress_mark));
     if (pace) {
       TimeToFinish time = time_to_finish(*pace);
-      if (job.limited() && !job.cut) {  // it ends when its time is up, or before
+      if (job.limited() &&
+          !job.tasks.is_cut(job.only_frame())) {  // it ends when its time is up, or before
         const double most = std::max(0.0, job.time_left(now));
         for (double* value : {&time.expected, &time.low, &time.high})
           *value = std::min(*value, most);

@@ -78,6 +78,10 @@ class Scheduler {
   /// After a start, before workers join: this task's result is durable (in the journal); not yet
   /// folded. A tile's passes come in ascending order. Then tile_folded as the film is read back.
   void restore_closed(JobId job, const TaskId& task);
+  /// After a start, before anything is said of this frame: it ended by its noise with so many
+  /// samples of each pixel, where a pass ends. Of a job of several frames; of another number of
+  /// samples nothing is taken.
+  void restore_shortened(JobId job, std::int32_t frame, std::int64_t samples);
   /// After a start: the build that made the job's results so far.
   void restore_build(JobId job, const Digest& build);
   /// After a start: when the job's first lease was granted, from which its time limit counts.
@@ -158,7 +162,8 @@ class Scheduler {
   Actions tile_folded(JobId job, std::int32_t frame, std::uint32_t tile, std::uint32_t passes,
                       Instant now);
   /// The answer to MeasureNoise: by server/film/noise.hpp.
-  Actions noise_measured(JobId job, std::uint32_t passes, double noise, Instant now);
+  Actions noise_measured(JobId job, std::int32_t frame, std::uint32_t passes, double noise,
+                         Instant now);
 
   // ---- time ----
   /// What has become due: silent workers, expired leases, windows with room. Call at or after

@@ -197,6 +197,9 @@ struct Scheduler::State {
   /// To the end of so many passes of every tile (a job of one frame). And O(tiles).
   [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, std::uint32_t passes,
                                             Instant now) const;
+  /// To the end, where a frame has so many passes and `spared` samples of each pixel are not made.
+  [[nodiscard]] std::optional<Pace> pace_to(const JobEntry& job, std::uint32_t passes,
+                                            double spared, bool or_were, Instant now) const;
 
   // ---- time_limit.cpp ----
   /// Jobs whose time is limited and that have nothing left to hand out are given another pass, if
@@ -204,16 +207,19 @@ struct Scheduler::State {
   bool offer_passes(Instant now, Actions& actions);
   /// Whether the next pass will be over in time; nothing while that cannot be said.
   [[nodiscard]] std::optional<bool> in_time(const JobEntry& job, Instant now) const;
-  void cut(JobEntry& job, Actions& actions);
+  /// The frame ends with the passes that are offered of it.
+  void cut(JobEntry& job, std::int32_t frame, Actions& actions);
 
   // ---- noise_stop.cpp ----
-  /// Passes [0, passes) of the job are handed out, and where its noise alone may end it all up to
-  /// the next look.
-  void offer(JobEntry& job, std::uint32_t passes);
-  /// No pass beyond those offered may be, before its noise is known.
-  [[nodiscard]] bool awaits_look(const JobEntry& job) const;
+  /// Passes [0, passes) of each frame are handed out, and where noise alone may end it all up to
+  /// the next look; of a job that is new.
+  void offer_first(JobEntry& job, std::uint32_t passes);
+  /// … of this frame, of which fewer were.
+  void offer(JobEntry& job, std::int32_t frame, std::uint32_t passes);
+  /// No pass beyond those offered of the frame may be, before its noise is known.
+  [[nodiscard]] bool awaits_look(const JobEntry& job, std::int32_t frame) const;
   /// Asks for that, once all is folded.
-  void ask_for_look(JobEntry& job, Actions& actions);
+  void ask_for_look(JobEntry& job, std::int32_t frame, Actions& actions);
 
   // ---- waiting.cpp ----
   /// Why a job has work and none of it is out; empty if there is no such reason.

@@ -1,7 +1,11 @@
 #include "server/schedule/task_table.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
+
+#include "server/schedule/noise_stop.hpp"
 
 namespace tessera::server {
 
@@ -9,8 +13,7 @@ TaskTable::TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_a
     : plan_(std::move(plan)),
       ranks_(std::make_shared<const TileRanks>(plan_->grid, plan_->spec.order)),
       passes_ahead_(passes_ahead),
-      passes_(plan_->passes.count()),
-      offered_(passes_),
+      first_offer_(plan_->passes.count()),
       frames_(plan_->spec.frames.count()),
       finished_(frames_) {
   if (plan_->spec.focus) focus_.emplace(plan_->grid, *plan_->spec.focus);
@@ -26,9 +29,9 @@ std::int32_t TaskTable::number_of(std::uint32_t index) const {
 
 FrameTasks& TaskTable::begun(std::uint32_t index) {
   assert(!finished_[index]);
-  const auto [place, fresh] = begun_.try_emplace(index, ranks_, passes_, passes_ahead_);
+  const auto [place, fresh] = begun_.try_emplace(index, ranks_, passes_of(index), passes_ahead_);
   if (fresh) {
-    if (offered_ < passes_) place->second.offer_passes(offered_);
+    if (first_offer_ < passes_of(index)) place->second.offer_passes(first_offer_);
     if (focus_) place->second.set_focus(focus_);
     ready_.insert(index);
   }
@@ -53,7 +56,7 @@ std::int64_t TaskTable::samples(const TaskId& task) const {
 }
 
 std::int64_t TaskTable::samples() const {
-  return plan_->grid.window().pixels() * plan_->passes.pass(passes_ - 1).end() * frames_;
+  return plan_->grid.window().pixels() * (plan_->passes.samples() * frames_ - samples_cut_);
 }
 
 std::optional<TaskId> TaskTable::peek() {
@@ -70,30 +73,75 @@ std::optional<TaskId> TaskTable::peek() {
   }
 }
 
-void TaskTable::offer_passes(std::uint32_t passes) {
-  offered_ = std::min(passes, passes_);
-  for (auto& [index, frame] : begun_) {
-    frame.offer_passes(offered_);
-    ready_.insert(index);
-  }
+void TaskTable::offer_first(std::uint32_t passes) {
+  assert(begun_.empty());
+  first_offer_ = std::min(passes, this->passes());
 }
 
-bool TaskTable::all_folded(std::uint32_t passes) {
-  return finished_[0] || begun(0).all_folded(passes);
+void TaskTable::offer_passes(std::int32_t frame, std::uint32_t passes) {
+  const std::uint32_t index = index_of(frame);
+  if (finished_[index]) return;
+  begun(index).offer_passes(passes);
+  ready_.insert(index);
 }
 
-TaskTable::Folded TaskTable::cut(std::uint32_t passes) {
-  passes_ = passes;
-  offered_ = std::min(offered_, passes);
-  FrameTasks& frame = begun(0);
-  frame.cut(passes);
-  return frame.finished() ? end_frame(0) : Folded::nothing;
+std::uint32_t TaskTable::offered(std::int32_t frame) const {
+  const std::uint32_t index = index_of(frame);
+  if (finished_[index]) return passes_of(index);
+  const auto begun = begun_.find(index);
+  return begun == begun_.end() ? std::min(first_offer_, passes_of(index)) : begun->second.offered();
+}
+
+bool TaskTable::all_folded(std::int32_t frame, std::uint32_t passes) {
+  const std::uint32_t index = index_of(frame);
+  return finished_[index] || begun(index).all_folded(passes);
+}
+
+bool TaskTable::is_cut(std::int32_t frame) const { return cuts_.contains(index_of(frame)); }
+
+TaskTable::Folded TaskTable::cut(std::int32_t frame, std::uint32_t passes) {
+  const std::uint32_t index = index_of(frame), before = passes_of(index);
+  assert(passes >= 1 && passes < before);
+  if (finished_[index]) return Folded::nothing;
+  passes_cut_ += before - passes;
+  samples_cut_ += samples_to(before) - samples_to(passes);
+  cuts_[index] = passes;
+  const auto begun = begun_.find(index);
+  if (begun == begun_.end()) return Folded::nothing;
+  begun->second.cut(passes);
+  return begun->second.finished() ? end_frame(index) : Folded::nothing;
+}
+
+double TaskTable::mean_samples() const {
+  return frames_finished_ == 0 ? static_cast<double>(plan_->passes.samples())
+                               : static_cast<double>(samples_finished_) / frames_finished_;
+}
+
+std::uint32_t TaskTable::expected_passes() const {
+  if (frames_ == 1) return passes_of(0);
+  const auto mean = static_cast<std::int64_t>(std::ceil(mean_samples()));
+  return std::min(passes_within(plan_->passes, mean - 1) + 1, passes());
+}
+
+double TaskTable::spared() const {
+  if (frames_finished_ == 0) return 0;
+  const double mean = mean_samples();
+  const auto beyond = [](std::int64_t planned, double expected) {
+    return std::max(0.0, static_cast<double>(planned) - expected);
+  };
+  const std::size_t to_come = frames_ - frames_finished_ - begun_.size();
+  double samples = static_cast<double>(to_come) * beyond(plan_->passes.samples(), mean);
+  for (const auto& [index, frame] : begun_)
+    samples += beyond(samples_to(passes_of(index)),
+                      std::max(mean, static_cast<double>(samples_to(frame.offered()))));
+  return samples;
 }
 
 TaskTable::Folded TaskTable::end_frame(std::uint32_t index) {
   begun_.erase(index);
   ready_.erase(index);
   finished_[index] = true;
+  samples_finished_ += samples_to(passes_of(index));
   return ++frames_finished_ == frames_ ? Folded::job : Folded::frame;
 }
 
@@ -127,7 +175,7 @@ TaskTable::Folded TaskTable::fold(std::int32_t frame, std::uint32_t tile, std::u
   if (finished_[index]) return Folded::nothing;
   FrameTasks& tasks = begun(index);
   const std::uint32_t before = tasks.folded(tile);
-  for (std::uint32_t pass = before; pass < passes && pass < passes_; ++pass) {
+  for (std::uint32_t pass = before; pass < passes && pass < passes_of(index); ++pass) {
     if (tasks.state({pass, tile}) == State::closed) continue;
     samples_closed_ += samples({frame, tile, pass});  // folded from what is older than the journal
   }

@@ -13,7 +13,7 @@
 namespace tessera::server {
 
 /// The tasks of one job. Frames are begun in order, the next one when the earlier ones have nothing
-/// to give; a finished frame takes one bit.
+/// to give; a finished frame takes one bit, and its passes if they are fewer than the plan's.
 class TaskTable {
  public:
   TaskTable(std::shared_ptr<const JobPlan> plan, std::uint32_t passes_ahead);
@@ -29,20 +29,35 @@ class TaskTable {
 
   /// The next task to hand out.
   std::optional<TaskId> peek();
-  /// Passes [0, passes) are handed out, those of later ones when this says so; all unless it does.
-  /// It never says fewer, but for the first time.
-  void offer_passes(std::uint32_t passes);
-  [[nodiscard]] std::uint32_t offered() const { return offered_; }
-  /// The job is done with so many passes, of which all are offered and no later one is taken or
-  /// closed. What was finished by this. Jobs of one frame alone. O(tiles).
+  /// Passes [0, passes) of each frame are handed out, later ones when the next function says so;
+  /// all unless this is called, before anything else.
+  void offer_first(std::uint32_t passes);
+  /// … of this frame: more than before.
+  void offer_passes(std::int32_t frame, std::uint32_t passes);
+  [[nodiscard]] std::uint32_t offered(std::int32_t frame) const;
+  /// The frame is done with so many passes, at least 1 and fewer than it had; no later one is taken
+  /// or closed.
+  /// What was finished by this. O(tiles).
   enum class Folded { nothing, tile, frame, job };
-  Folded cut(std::uint32_t passes);
-  /// So many passes of every tile are folded. Jobs of one frame alone.
-  [[nodiscard]] bool all_folded(std::uint32_t passes);
-  /// How many there are.
-  [[nodiscard]] std::uint32_t passes() const { return passes_; }
+  Folded cut(std::int32_t frame, std::uint32_t passes);
+  [[nodiscard]] bool is_cut(std::int32_t frame) const;
+  /// So many passes of every tile of the frame are folded.
+  [[nodiscard]] bool all_folded(std::int32_t frame, std::uint32_t passes);
+  /// How many there are of a frame that was not cut, and of this one.
+  [[nodiscard]] std::uint32_t passes() const { return plan_->passes.count(); }
+  [[nodiscard]] std::uint32_t passes(std::int32_t frame) const {
+    return passes_of(index_of(frame));
+  }
+  /// Samples of each pixel that the frame has when it is done.
+  [[nodiscard]] std::int64_t frame_samples(std::int32_t frame) const {
+    return samples_to(passes(frame));
+  }
+  /// If frames that are not finished end as those did on average that are: passes of one, and the
+  /// samples of a pixel that all of them together are spared. O(frames that have begun).
+  [[nodiscard]] std::uint32_t expected_passes() const;
+  [[nodiscard]] double spared() const;
   [[nodiscard]] std::int64_t tasks() const {
-    return std::int64_t{plan_->grid.count()} * passes_ * frames_;
+    return std::int64_t{plan_->grid.count()} * (std::int64_t{passes()} * frames_ - passes_cut_);
   }
   /// Tiles that touch this rectangle come first in every frame, as FrameTasks says. O(tiles log
   /// tiles) for each frame that has begun.
@@ -62,6 +77,15 @@ class TaskTable {
  private:
   [[nodiscard]] std::uint32_t index_of(std::int32_t frame) const;
   [[nodiscard]] std::int32_t number_of(std::uint32_t index) const;
+  [[nodiscard]] std::uint32_t passes_of(std::uint32_t index) const {
+    const auto cut = cuts_.find(index);
+    return cut == cuts_.end() ? passes() : cut->second;
+  }
+  [[nodiscard]] std::int64_t samples_to(std::uint32_t passes) const {
+    return passes == 0 ? 0 : plan_->passes.pass(passes - 1).end();
+  }
+  /// Of the frames that are finished; the plan's while none is.
+  [[nodiscard]] double mean_samples() const;
   FrameTasks& begun(std::uint32_t index);
   Folded end_frame(std::uint32_t index);
 
@@ -69,13 +93,16 @@ class TaskTable {
   std::shared_ptr<const TileRanks> ranks_;
   std::optional<FocusTiles> focus_;
   std::uint32_t passes_ahead_;
-  std::uint32_t passes_, offered_;
+  std::uint32_t first_offer_;  // passes of each frame that begins
   std::uint32_t frames_;
-  std::map<std::uint32_t, FrameTasks> begun_;  // by index, finished ones left out
-  std::set<std::uint32_t> ready_;              // of those, the ones that may have something to give
-  std::vector<bool> finished_;                 // by index
+  std::map<std::uint32_t, std::uint32_t> cuts_;    // passes of frames that end sooner, by index
+  std::int64_t passes_cut_ = 0, samples_cut_ = 0;  // that these do without, of each pixel
+  std::map<std::uint32_t, FrameTasks> begun_;      // by index, finished ones left out
+  std::set<std::uint32_t> ready_;  // of those, the ones that may have something to give
+  std::vector<bool> finished_;     // by index
   std::uint32_t frames_finished_ = 0;
-  std::uint32_t next_ = 0;  // frames below have been begun by peek
+  std::int64_t samples_finished_ = 0;  // of a pixel, over all of those
+  std::uint32_t next_ = 0;             // frames below have been begun by peek
   std::int64_t closed_ = 0, samples_closed_ = 0;
 };
 

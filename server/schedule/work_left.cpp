@@ -61,11 +61,11 @@ void WorkLeft::cut(std::int64_t samples) {
   }
 }
 
-double WorkLeft::work_of(std::int64_t samples) const {
+double WorkLeft::work_of(double samples) const {
   double work = 0;
   for (const Place& place : places_)
     work +=
-        static_cast<double>(place.pixels * samples) * (place.weight > 0 ? place.cost : mean_cost());
+        static_cast<double>(place.pixels) * samples * (place.weight > 0 ? place.cost : mean_cost());
   return work;
 }
 

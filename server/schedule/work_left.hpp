@@ -21,10 +21,10 @@ class WorkLeft {
   /// Samples of the tile took so much work: their seconds times their worker's power.
   void measured(std::uint32_t tile, std::int64_t samples, double work);
 
-  /// So many samples of every pixel are not rendered after all. O(places).
+  /// So many samples of every pixel of a frame are not rendered after all. O(places).
   void cut(std::int64_t samples);
   /// Of so many samples of every pixel of a frame. O(places).
-  [[nodiscard]] double work_of(std::int64_t samples) const;
+  [[nodiscard]] double work_of(double samples) const;
 
   /// What a sample of the tile costs; 1 on average at first, the mean of what was measured where
   /// the tile was not.

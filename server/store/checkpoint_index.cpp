@@ -150,6 +150,7 @@ void Index::extend_job(const JobRecord& record, std::uint32_t passes) {
   Transaction transaction(writer_);
   update_job(record);
   writer_.prepare("DELETE FROM results WHERE job = ?1 AND pass >= ?2").run(record.id, passes);
+  writer_.prepare("DELETE FROM shortened_frames WHERE job = ?1").run(record.id);
   drop_unused_segments(record.id);
   transaction.commit();
 }
@@ -158,7 +159,8 @@ void Index::forget_job(JobId job) {
   Transaction transaction(writer_);
   delete_results(job);
   delete_checkpoints(job);
-  writer_.prepare("DELETE FROM failures WHERE job = ?1").run(job);
+  for (const char* table : {"failures", "shortened_frames"})
+    writer_.prepare(fmt::format("DELETE FROM {} WHERE job = ?1", table)).run(job);
   writer_.prepare("DELETE FROM jobs WHERE id = ?1").run(job);
   transaction.commit();
 }

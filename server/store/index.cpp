@@ -125,11 +125,29 @@ void Index::update_job(const JobRecord& record) {
   update.step();  // to its end: only then is it committed
 }
 
+void Index::shorten_frame(JobId job, std::int32_t frame, std::int64_t samples) {
+  Statement put = writer_.prepare(
+      "INSERT OR REPLACE INTO shortened_frames SELECT id, ?2, ?3 FROM jobs WHERE id = ?1 RETURNING "
+      "job");
+  if (!put.run(job, frame, samples))
+    throw Error(ErrorKind::not_found, fmt::format("there is no job {}", job));
+  put.step();  // to its end: only then is it committed
+}
+
 std::vector<JobRecord> Index::list_jobs() const {
   const std::lock_guard lock(reading_);
   Statement rows = reader_->prepare(fmt::format("SELECT {} FROM jobs ORDER BY id", job_columns));
   std::vector<JobRecord> jobs;
   for (bool more = rows.run(); more; more = rows.step()) jobs.push_back(job_from(rows, "jobs"));
+  Statement frames =
+      reader_->prepare("SELECT job, frame, samples FROM shortened_frames ORDER BY job, frame");
+  auto job = jobs.begin();
+  for (bool more = frames.run(); more; more = frames.step()) {
+    const auto id = static_cast<JobId>(frames.integer(0));
+    while (job != jobs.end() && job->id < id) ++job;
+    if (job == jobs.end() || job->id != id) continue;
+    job->shortened_frames[static_cast<std::int32_t>(frames.integer(1))] = frames.integer(2);
+  }
   return jobs;
 }
 

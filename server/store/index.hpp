@@ -39,6 +39,7 @@ class Index {
   JobId put_job(const JobRecord& record);
   void skip_jobs(JobId last);
   void update_job(const JobRecord& record);
+  void shorten_frame(JobId job, std::int32_t frame, std::int64_t samples);
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 
   void add_failures(JobId job, std::span<const FailureRecord> failures, std::size_t kept);
@@ -74,7 +75,8 @@ class Index {
   [[nodiscard]] std::set<std::uint64_t> checkpoint_numbers() const;
   [[nodiscard]] std::vector<IndexedFile> indexed_checkpoints() const;
   [[nodiscard]] std::vector<Tally> tallies_of(JobId job) const;
-  /// In one transaction: the record, its spec too; results from pass `passes` on are gone.
+  /// In one transaction: the record, its spec too; results from pass `passes` on are gone, and no
+  /// frame is shortened.
   void extend_job(const JobRecord& record, std::uint32_t passes);
   void forget_job(JobId job);
 

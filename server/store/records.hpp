@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -104,8 +105,8 @@ struct Tally {
   double cpu_seconds = 0;
 };
 
-/// A job as it is kept. Everything but id may change, of the spec the samples and what JobChange
-/// holds; the state's words are those of JobView.
+/// A job as it is kept. Everything but id may change (but see below), of the spec the samples and
+/// what JobChange holds; the state's words are those of JobView.
 struct JobRecord {
   JobId id = 0;
   JobSpec spec;
@@ -125,6 +126,9 @@ struct JobRecord {
   std::vector<Share> shares;                ///< kept for when the results themselves are forgotten
   std::vector<std::int64_t> extended_from;  ///< samples it had before it was extended, oldest first
   std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
+  /// Frames of several that ended by their noise: samples of each pixel that they have. Changed by
+  /// Store::shorten_frame and extend_job alone.
+  std::map<std::int32_t, std::int64_t> shortened_frames;
   /// What who posted it called the request, and a digest of what was posted, so that it can be
   /// repeated. Empty: it cannot. They do not change.
   std::string idempotency_key, idempotency_fingerprint;

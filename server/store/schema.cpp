@@ -11,7 +11,7 @@ constexpr int application_id = 0x54535241;  // "TSRA"
 
 // Step i brings version i to version i + 1. What has been released is never changed: a new version
 // is a new step.
-constexpr std::array<const char*, 5> steps{R"sql(
+constexpr std::array<const char*, 6> steps{R"sql(
   CREATE TABLE meta(key TEXT PRIMARY KEY, value NOT NULL) WITHOUT ROWID;
   INSERT INTO meta VALUES('epoch', 0);
 
@@ -94,6 +94,12 @@ constexpr std::array<const char*, 5> steps{R"sql(
     since INTEGER NOT NULL) WITHOUT ROWID;  -- Unix milliseconds
   -- Samples that were asked for, where time was up before they were made; 0: it was not.
   ALTER TABLE jobs ADD COLUMN shortened_from INTEGER NOT NULL DEFAULT 0;
+)sql",
+                                           R"sql(
+  -- Frames of jobs of several that ended by their noise: samples of each pixel that they have.
+  CREATE TABLE shortened_frames(
+    job INTEGER NOT NULL, frame INTEGER NOT NULL, samples INTEGER NOT NULL,
+    PRIMARY KEY(job, frame)) WITHOUT ROWID;
 )sql"};
 
 }  // namespace

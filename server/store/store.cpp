@@ -166,6 +166,9 @@ const std::array<std::uint8_t, 16>& Store::grant_key() const { return state_->ke
 JobId Store::put_job(const JobRecord& record) { return state_->index.put_job(record); }
 void Store::skip_jobs(JobId last) { state_->index.skip_jobs(last); }
 void Store::update_job(const JobRecord& record) { state_->index.update_job(record); }
+void Store::shorten_frame(JobId job, std::int32_t frame, std::int64_t samples) {
+  state_->index.shorten_frame(job, frame, samples);
+}
 std::vector<JobRecord> Store::list_jobs() const { return state_->index.list_jobs(); }
 
 void Store::add_failures(JobId job, std::span<const FailureRecord> failures) {

@@ -59,10 +59,13 @@ class Store {
   JobId put_job(const JobRecord& record);
   /// Jobs are numbered from above `last` on.
   void skip_jobs(JobId last);
-  /// Replaces all but id. Throws Error{not_found}.
+  /// Replaces all but id and shortened frames. Throws Error{not_found}.
   void update_job(const JobRecord& record);
+  /// The frame ended with so many samples of each pixel. Takes the place of what was said of it
+  /// before. Throws Error{not_found}.
+  void shorten_frame(JobId job, std::int32_t frame, std::int64_t samples);
   /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
-  /// more. Throws Error{not_found}.
+  /// more, and no frame is shortened. Throws Error{not_found}.
   void extend_job(const JobRecord& record, std::uint32_t passes);
   /// Nothing of the job is left. Its number is not given again.
   void forget_job(JobId job);

@@ -1,6 +1,6 @@
 // The page: jobs, workers and the picture of the job that is chosen. The address's hash names it: #job=3&frame=1.
 import { fetchJob, fetchJobs, fetchWorkers, listen } from './api.js';
-import { count, jobLine, percent, span } from './format.js';
+import { count, jobLine, percent, samplesOf, span } from './format.js';
 import { Picture } from './picture.js';
 
 const element = (id) => document.getElementById(id);
@@ -65,7 +65,7 @@ function showFacts(job) {
   const facts = [
     ['Job', job.id],
     ['Film', `${job.width} × ${job.height}`],
-    ['Samples a pixel', count(job.samples)],
+    ['Samples a pixel', samplesOf(job, chosen.frame)],
     ['Tasks', `${count(job.tasks_done)} of ${count(job.tasks)}`],
     ['Rendering', job.render_seconds > 0 ? span(job.render_seconds) : 'not yet'],
     ['Rays', count(job.rays)],

@@ -30,10 +30,17 @@ export function timeToGo(job) {
   return low === high ? span(job.eta_seconds) : `${span(job.eta_seconds)} (${low} – ${high})`;
 }
 
+/** "64 (of 4,096 at most)": of each pixel of the frame that is looked at, as far as the job says. */
+export function samplesOf(job, frame) {
+  const samples = job.pictures?.find((picture) => picture.frame === frame)?.samples ?? job.samples;
+  return samples < job.samples ? `${count(samples)} (of ${count(job.samples)} at most)` : count(samples);
+}
+
 /** One line about a job's progress. */
 export function jobLine(job) {
   const parts = [percent(job.progress)];
   if (job.state === 'rendering' && job.samples_per_second > 0) parts.push(`${count(job.samples_per_second)} samples/s`);
+  if (job.frames_shortened > 0) parts.push(`${job.frames_shortened} of ${job.frames.count} frames ended by their noise`);
   if (job.state === 'rendering' && job.eta_seconds !== null) parts.push(`${timeToGo(job)} to go`);
   if (job.render_seconds > 0 && job.state !== 'rendering') parts.push(`rendered in ${span(job.render_seconds)}`);
   return parts.join(' · ');

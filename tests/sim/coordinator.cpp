@@ -113,6 +113,7 @@ void Coordinator::result(const Link& link, const SentResult& sent) {
     // One that was granted in an earlier epoch begins its pass.
     std::uint32_t& begun = passes_begun_[sent.job];
     begun = std::max(begun, sent.task.pass + 1);
+    this->begun(sent.job, sent.task);
   }
   world_.note(static_cast<std::uint64_t>(verdict));
   if (world_.bug == Bug::keep_without_asking) verdict = server::Verdict::take;

@@ -65,6 +65,7 @@ class Coordinator {
   void apply(const server::Actions& actions);
   void granted(const server::GrantLease& grant);
   void shortened(JobId job, std::int64_t samples);
+  void shortened(const server::FrameShortened& cut);
   void release(const LeaseId& lease);
   void release_all(server::WorkerId worker);
   void left(const Link& link, bool clean);
@@ -83,8 +84,10 @@ class Coordinator {
   [[nodiscard]] server::JobRecord record_of(JobId job, const std::string& state) const;
   /// That it has begun; asked again until it is done.
   void keep_started(JobId job);
-  /// That its time is up; false if that is still to be asked.
+  /// That its time is up, or its noise low enough; false if that is still to be asked.
   bool keep_shortened(JobId job);
+  /// … of this frame of several.
+  bool keep_shortened(JobId job, std::int32_t frame);
   using Films = std::map<std::int32_t, server::FrameFilm*>;
   void restore_checkpoints(JobId id, const Disk::Job& job, Films& films);
   void restore_results(JobId id, Disk::Job& job, Films& films);
@@ -107,6 +110,19 @@ class Coordinator {
   void compact(JobId job, std::int32_t frame);
   void keep_whole(JobId job, std::int32_t frame, const server::FilmSnapshot& film);
   void demand(JobId job, std::int32_t frame);
+  // ---- coordinator_noise.cpp ----
+  /// Nothing of the frame lacks up to these passes, and nothing beyond has begun.
+  void asked(const server::MeasureNoise& look);
+  void look(const server::MeasureNoise& look);
+  /// Passes of the frame that may be handed out: up to a look that was not answered.
+  [[nodiscard]] std::uint32_t offered(JobId job, std::int32_t frame) const;
+  /// A pass of the frame has begun, in this life or before.
+  void begun(JobId job, const TaskId& task);
+  /// Frames that ended by their noise, as far as that was kept.
+  void check_shortened(JobId id, Disk::Job& job, const server::JobRecord& record);
+  /// Passes that the frame has when it is done.
+  [[nodiscard]] std::uint32_t passes_of(JobId job, std::int32_t frame) const;
+
   /// It has a task that could be leased and is not; with `plain`, one that is no suspect.
   [[nodiscard]] std::optional<TaskId> waits(
       JobId id, bool plain, const std::function<bool(const TaskId&)>& such = {}) const;
@@ -140,8 +156,10 @@ class Coordinator {
   std::map<JobId, std::int64_t> shortened_;      // its time is up: samples that it ends with
   std::map<JobId, Digest> plans_;                // what is said with leases of it
   std::map<JobId, std::uint32_t> passes_begun_;  // of jobs whose time is limited
-  std::set<JobId> late_;                         // a pass of them began when time was up
+  std::map<std::pair<JobId, std::int32_t>, std::uint32_t> offers_;  // where noise ends frames
+  std::set<JobId> late_;  // a pass of them began when time was up
   bool compacting_ = false;
+  bool restoring_ = false;
   std::vector<Arrived> journal_;  // decoded, not yet synced
   bool syncing_ = false;
 

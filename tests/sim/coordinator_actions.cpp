@@ -53,6 +53,8 @@ void Coordinator::granted(const server::GrantLease& grant) {
   if (copied) check_copy(grant, what);
   require(!arrived_.contains({grant.job, grant.task}),
           what + " is not granted while its result is being kept");
+  require(grant.task.pass < offered(grant.job, grant.task.frame),
+          what + " is of a pass that no look at its frame is waited for before");
   require(grant.task.pass < folded(grant.job, grant.task) + 3,
           what + " is within three passes of its tile's fold");
   if (!copied) check_focus(grant, what);
@@ -119,8 +121,9 @@ void Coordinator::check_time(const server::GrantLease& grant, const std::string&
 
 void Coordinator::shortened(JobId id, std::int64_t samples) {
   const JobPlan& plan = *world_.disk.jobs.at(id).plan;
-  require(plan.spec.time_limit_seconds > 0,
-          [&] { return fmt::format("job {} has a time limit", id); });
+  require(plan.spec.time_limit_seconds > 0 || plan.spec.noise_threshold > 0,
+          [&] { return fmt::format("job {} has a limit", id); });
+  require(plan.spec.frames.count() == 1, [&] { return fmt::format("job {} has one frame", id); });
   bool whole = false;
   for (std::uint32_t pass = 0; pass < plan.passes.count(); ++pass)
     whole = whole || plan.passes.pass(pass).end() == samples;
@@ -176,6 +179,10 @@ void Coordinator::apply(const server::Actions& actions) {
       later(0, [this, at = *frame] { write_frame(at.job, at.frame); });
     } else if (const auto* cut = std::get_if<server::JobShortened>(&action)) {
       shortened(cut->job, cut->samples);
+    } else if (const auto* frame_cut = std::get_if<server::FrameShortened>(&action)) {
+      shortened(*frame_cut);
+    } else if (const auto* look = std::get_if<server::MeasureNoise>(&action)) {
+      asked(*look);
     } else if (const auto* finished = std::get_if<server::JobFinished>(&action)) {
       require(world_.disk.jobs.at(finished->job).ended.empty() &&
                   finishing_.insert(finished->job).second,
@@ -196,7 +203,7 @@ std::optional<TaskId> Coordinator::waits(JobId id, bool plain,
     const std::int32_t frame = frames.number(index);
     for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile) {
       TaskId task{frame, tile, folded(id, {frame, tile, 0})};
-      const std::uint32_t end = std::min(task.pass + 3, job.plan->passes.count());
+      const std::uint32_t end = std::min(task.pass + 3, offered(id, frame));
       for (; task.pass < end; ++task.pass) {
         if (such && !such(task)) continue;
         if (!job.results.contains(task) && !out_.contains({id, task}) &&

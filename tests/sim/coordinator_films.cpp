@@ -14,7 +14,7 @@ server::FrameFilm& Coordinator::film_of(JobId job, std::int32_t frame) {
 
 std::uint32_t Coordinator::folded(JobId job, const TaskId& task) const {
   const Disk::Job& known = world_.disk.jobs.at(job);
-  if (known.files.contains(task.frame)) return known.plan->passes.count();
+  if (known.files.contains(task.frame)) return passes_of(job, task.frame);
   const auto film = films_.find({job, task.frame});
   return film == films_.end() ? 0 : film->second.passes(task.tile);
 }

@@ -21,7 +21,7 @@ void Coordinator::submit(const JobSpec& spec) {
   }
   --world_.unanswered;
   Disk::Job& job = world_.disk.jobs[id];
-  job.plan = std::make_shared<const JobPlan>(spec);
+  job.plan = job.asked = std::make_shared<const JobPlan>(spec);
   plans_[id] = job.plan->digest;
   focus_[id] = spec.focus;
   apply(scheduler_->add_job(id, job.plan, world_.events.now()));
@@ -66,6 +66,18 @@ bool Coordinator::keep_shortened(JobId id) {
   return kept;
 }
 
+bool Coordinator::keep_shortened(JobId id, std::int32_t frame) {
+  Disk::Job& job = world_.disk.jobs.at(id);
+  const auto cut = job.said.find(frame);
+  if (cut == job.said.end() || job.shortened.contains(frame)) return true;
+  done("that a frame's noise is low enough", [&] {
+    store_->shorten_frame(id, frame, cut->second);
+    job.shortened.insert(*cut);
+    ++world_.frames_shortened;
+  });
+  return job.shortened.contains(frame);
+}
+
 void Coordinator::cancel(JobId job) {
   if (!up() || !world_.disk.jobs.contains(job) || !world_.disk.jobs[job].ended.empty()) return;
   if (finishing_.contains(job)) return;
@@ -101,7 +113,7 @@ void Coordinator::write_frame(JobId id, std::int32_t frame) {
     later(delay, [this, id, frame] { write_frame(id, frame); });
   };
   // Before the file: a start that finds it must not take it for one of all the samples.
-  if (!keep_shortened(id)) {
+  if (!keep_shortened(id) || !keep_shortened(id, frame)) {
     if (!world_.drive.dead()) again(0.5);
     return;
   }

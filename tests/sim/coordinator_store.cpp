@@ -65,6 +65,8 @@ void Coordinator::kill(bool power) {
   plans_.clear();
   passes_begun_.clear();
   late_.clear();
+  offers_.clear();
+  restoring_ = false;
   compacting_ = false;
   journal_.clear();
   syncing_ = false;
@@ -123,6 +125,7 @@ void Coordinator::restore(const server::JobRecord& record) {
               job.doubtful_samples.contains(plan->spec.render.samples),
           "a job keeps its plan, unless its time was up");
   job.plan = plan;
+  if (!job.asked) job.asked = plan;
   job.doubtful_samples.clear();
   plans_[id] = plan->digest;
   focus_[id] = plan->spec.focus;
@@ -130,6 +133,7 @@ void Coordinator::restore(const server::JobRecord& record) {
   require(job.ended.empty() || job.ended == record.state, "a job that has ended has ended so");
   require(!ended || !job.ended.empty() || job.doubtful_ends.contains(record.state),
           "a job has ended only if that was asked");
+  check_shortened(id, job, record);
   if (ended) {
     job.ended = record.state;
     return;
@@ -141,11 +145,15 @@ void Coordinator::restore(const server::JobRecord& record) {
     scheduler_->restore_started(
         id, world_.events.now() - from_seconds(world_.events.seconds_now() - started_[id]));
   }
+  for (const auto& [frame, samples] : job.shortened)
+    scheduler_->restore_shortened(id, frame, samples);
   Films films;
+  restoring_ = true;
   restore_checkpoints(id, job, films);
   restore_results(id, job, films);
   if (builds_.contains(id)) scheduler_->restore_build(id, builds_[id]);
   for (const auto& [frame, film] : films) film->restored();
+  restoring_ = false;
   tell_folded(id, job, films);
 }
 
@@ -158,8 +166,7 @@ void Coordinator::tell_folded(JobId id, const Disk::Job& job, const Films& films
   }
   for (const std::int32_t frame : job.files) {
     for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
-      apply(
-          scheduler_->tile_folded(id, frame, tile, job.plan->passes.count(), world_.events.now()));
+      apply(scheduler_->tile_folded(id, frame, tile, passes_of(id, frame), world_.events.now()));
   }
 }
 
@@ -170,6 +177,7 @@ void Coordinator::restore_checkpoints(JobId id, const Disk::Job& job, Films& fil
         require(job.results.contains({checkpoint.frame, tile.tile, pass}),
                 "a checkpoint holds what was kept");
       passes_begun_[id] = std::max(passes_begun_[id], tile.passes);
+      if (tile.passes > 0) begun(id, {checkpoint.frame, tile.tile, tile.passes - 1});
       apply(scheduler_->tile_folded(id, checkpoint.frame, tile.tile, tile.passes,
                                     world_.events.now()));
       if (job.files.contains(checkpoint.frame)) continue;
@@ -205,6 +213,7 @@ void Coordinator::restore_results(JobId id, Disk::Job& job, Films& films) {
     require(!in_checkpoint(result.task) && found.emplace(result.task, std::move(bytes)).second,
             "a result is there once");
     passes_begun_[id] = std::max(passes_begun_[id], result.task.pass + 1);
+    begun(id, result.task);
     scheduler_->restore_closed(id, result.task);
     builds_.emplace(id, result.worker_build);
     if (job.files.contains(result.task.frame)) return;

@@ -46,12 +46,38 @@ void require(bool holds, const std::string& rule) {
   if (!holds) throw Violation(rule);
 }
 
+std::uint32_t Disk::passes_alone(JobId job, std::int32_t frame) {
+  const auto [known, fresh] = alone.try_emplace({job, frame});
+  if (fresh) known->second = sim::passes_alone(*jobs.at(job).asked, frame);
+  return known->second;
+}
+
 void Disk::keep(JobId job, const TaskId& task, Bytes bytes) {
   const bool fresh = jobs.at(job).results.emplace(task, std::move(bytes)).second;
   require(fresh, [&] { return fmt::format("job {} {} is kept once", job, text_of(task)); });
 }
 
-void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read) {
+namespace {
+
+/// The plan of the frame as of a job of its own; where its noise was to end it, it did so where it
+/// does when nothing disturbs it and no other frame is beside it.
+JobPlan audited_plan(Disk& disk, JobId id, std::int32_t frame) {
+  const Disk::Job& job = disk.jobs.at(id);
+  JobSpec spec = job.plan->spec;
+  if (const auto cut = job.shortened.find(frame); cut != job.shortened.end())
+    spec.render.samples = cut->second;
+  JobPlan plan(spec);
+  if (spec.noise_threshold > 0 && spec.time_limit_seconds == 0)
+    require(plan.passes.count() == disk.passes_alone(id, frame), [&] {
+      return fmt::format("job {} frame {} ends after as many passes as alone: {} of {}", id, frame,
+                         plan.passes.count(), disk.passes_alone(id, frame));
+    });
+  return plan;
+}
+
+}  // namespace
+
+void audit(Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read) {
   for (const auto& [id, job] : disk.jobs) {
     require(!job.ended.empty(), fmt::format("job {} has come to an end", id));
     require(job.ended != "failed", fmt::format("job {} did not fail", id));
@@ -62,8 +88,9 @@ void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture
       const std::vector<server::FilmTile> tiles = read(id, frame);
       require(tiles.size() == job.plan->grid.count(),
               fmt::format("job {} frame {} has a whole picture", id, frame));
+      const JobPlan plan = audited_plan(disk, id, frame);
       for (std::uint32_t tile = 0; tile < job.plan->grid.count(); ++tile)
-        audit_tile(*job.plan, frame, tile, tiles[tile]);
+        audit_tile(plan, frame, tile, tiles[tile]);
     }
   }
   for (const auto& [job, task] : acknowledged) {

@@ -37,13 +37,20 @@ using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 struct Disk {
   struct Job {
     std::shared_ptr<const JobPlan> plan;
-    std::set<std::int64_t> doubtful_samples;  // that its time is up was to be kept: with so many
-    std::map<TaskId, Bytes> results;          // in the journal, or in a checkpoint
-    std::string ended;                        // "done", "cancelled", "failed", or not yet
-    std::set<std::string> doubtful_ends;      // asked for, and not answered
-    std::set<std::int32_t> files;             // frames whose picture is written
+    std::shared_ptr<const JobPlan> asked;  // before its time was up, or its noise low enough
+    std::map<std::int32_t, std::int64_t>
+        shortened;  // of several frames: kept that they end with so many
+    std::map<std::int32_t, std::int64_t> said;  // … or that was to be kept
+    std::set<std::int64_t> doubtful_samples;    // that its time is up was to be kept: with so many
+    std::map<TaskId, Bytes> results;            // in the journal, or in a checkpoint
+    std::string ended;                          // "done", "cancelled", "failed", or not yet
+    std::set<std::string> doubtful_ends;        // asked for, and not answered
+    std::set<std::int32_t> files;               // frames whose picture is written
   };
   std::map<JobId, Job> jobs;
+  /// Passes of the frame, if noise ends it: found once, by plain loops.
+  std::uint32_t passes_alone(JobId job, std::int32_t frame);
+  std::map<std::pair<JobId, std::int32_t>, std::uint32_t> alone;
 
   /// A result is durable.
   void keep(JobId job, const TaskId& task, Bytes bytes);
@@ -59,7 +66,8 @@ using Acknowledged = std::set<std::pair<JobId, TaskId>>;
 using ReadPicture = std::function<std::vector<server::FilmTile>(JobId, std::int32_t frame)>;
 
 /// After a run: every task of every job that is done was counted exactly once, its pictures have
-/// the straight fold's bits, and nothing that was acknowledged is lost. Throws Violation.
-void audit(const Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read);
+/// the straight fold's bits, frames that noise ends have as many passes as alone, and nothing that
+/// was acknowledged is lost. Throws Violation.
+void audit(Disk& disk, const Acknowledged& acknowledged, const ReadPicture& read);
 
 }  // namespace tessera::sim

@@ -51,6 +51,7 @@ extern "C" void say_last_words(int) {
 /// Runs until the first broken rule; true if there was one.
 bool broken(const Options& options, Bug bug) {
   std::uint64_t events = 0, faults = 0, tasks = 0, decisions = 0, checkpoints = 0, shortened = 0;
+  std::uint64_t frames_shortened = 0;
   const auto began = std::chrono::steady_clock::now();
   for (std::uint64_t seed = options.first; seed < options.first + options.seeds; ++seed) {
     last_words = fmt::format("seed {}: an assertion did not hold\n", seed);
@@ -61,6 +62,7 @@ bool broken(const Options& options, Bug bug) {
     decisions += outcome.decisions;
     checkpoints += outcome.checkpoints;
     shortened += outcome.shortened;
+    frames_shortened += outcome.frames_shortened;
     if (!outcome.violation.empty()) {
       fmt::print("seed {}: {}\n  replay: tessera_sim --seed {}\n", seed, outcome.violation, seed);
       return true;
@@ -76,9 +78,11 @@ bool broken(const Options& options, Bug bug) {
   const double took =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   fmt::print(
-      "{} seeds, {} tasks, {} grants, {} checkpoints, {} jobs out of time, {} events, {} faults: "
-      "every rule held ({:.1f} s)\n",
-      options.seeds, tasks, decisions, checkpoints, shortened, events, faults, took);
+      "{} seeds, {} tasks, {} grants, {} checkpoints, {} jobs and {} frames ended before all "
+      "samples, {} "
+      "events, {} faults: every rule held ({:.1f} s)\n",
+      options.seeds, tasks, decisions, checkpoints, shortened, frames_shortened, events, faults,
+      took);
   return false;
 }
 

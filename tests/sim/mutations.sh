@@ -90,7 +90,7 @@ mutation restored-closed-task-left-out server/store/index.cpp \
 mutation focus-forgotten server/schedule/frame_tasks.cpp \
   's/focus_ \&\& focus_->contains\(task\.tile\) \?/task.pass < 2 \&\& &/' sim
 mutation cut-below-what-is-folded server/schedule/time_limit.cpp \
-  's/job\.tasks\.cut\(job\.tasks\.offered\(\)\)/job.tasks.cut(std::max(1U, job.tasks.offered() - 1))/' sim
+  's/job\.tasks\.cut\(frame, offered\)/job.tasks.cut(frame, std::max(1U, offered - 1))/' sim
 mutation passes-offered-too-early server/schedule/time_limit.cpp \
   's/ - twice >= offered/ - 0 * twice >= offered/' sim
 # ---- the journal and the database ----

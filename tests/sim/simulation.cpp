@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <cmath>
+
 #include "common/base/error.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "tests/sim/coordinator.hpp"
@@ -86,6 +88,7 @@ JobSpec draw_job(Random& random) {
     spec.time_limit_seconds = random.between(1, 60);
     spec.frames = {1, 1, 1};
   }
+  if (random.chance(0.25)) spec.noise_threshold = std::pow(10.0, random.between(-2.5, 0));
   if (random.chance(0.2)) spec.focus = draw_region(random, spec.render);
   return spec;
 }
@@ -267,6 +270,7 @@ Outcome run(std::uint64_t seed, Bug bug, bool trace) {
   outcome.decisions = world.decisions;
   outcome.checkpoints = world.checkpoints;
   outcome.shortened = world.shortened;
+  outcome.frames_shortened = world.frames_shortened;
   outcome.virtual_seconds = world.events.seconds_now();
   for (const auto& [id, job] : world.disk.jobs)
     outcome.tasks += static_cast<std::uint64_t>(job.plan->tasks());

@@ -9,7 +9,7 @@ namespace tessera::sim {
 struct Outcome {
   std::string violation;  // empty: every rule held
   std::uint64_t trace = 0, events = 0, faults = 0, decisions = 0, tasks = 0;
-  std::uint64_t checkpoints = 0, shortened = 0;
+  std::uint64_t checkpoints = 0, shortened = 0, frames_shortened = 0;
   double virtual_seconds = 0;
 };
 

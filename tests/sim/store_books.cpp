@@ -33,7 +33,11 @@ std::string first_difference(const std::map<Key, Value>& found, const std::map<K
 std::string difference(const JobTruth& found, const JobTruth& told) {
   if (found.state != told.state) return fmt::format("its state is '{}'", found.state);
   const auto task_name = [](const TaskId& task) { return text_of(task); };
-  std::string words = first_difference(found.results, told.results, task_name);
+  std::string words = first_difference(found.shortened, told.shortened, [](std::int32_t frame) {
+    return fmt::format("the end of frame {}", frame);
+  });
+  if (!words.empty()) return words;
+  words = first_difference(found.results, told.results, task_name);
   if (!words.empty()) return words;
   words = first_difference(found.checkpoints, told.checkpoints, [](std::int32_t frame) {
     return fmt::format("the checkpoint of frame {}", frame);
@@ -47,9 +51,10 @@ std::string difference(const JobTruth& found, const JobTruth& told) {
 }
 
 /// All that the store says of the job, each byte of it read.
-JobTruth truth_of(const server::Store& store, JobId job, const std::string& state) {
+JobTruth truth_of(const server::Store& store, JobId job, const server::JobRecord& record) {
   JobTruth truth;
-  truth.state = state;
+  truth.state = record.state;
+  truth.shortened = record.shortened_frames;
   store.results_of(job, [&](const server::IndexedResult& result) {
     const auto number = static_cast<std::uint64_t>(result.samples);
     const bool fresh = truth.results.emplace(result.task, number).second;
@@ -174,9 +179,9 @@ void Books::check(const server::Store& store, SimDisk& disk, bool started) {
 }
 
 void Books::check_jobs(const server::Store& store, bool started) {
-  std::map<JobId, std::string> states;
+  std::map<JobId, server::JobRecord> records;
   for (const server::JobRecord& record : store.list_jobs()) {
-    states[record.id] = record.state;
+    records[record.id] = record;
     if (jobs.contains(record.id)) continue;
     require(started && doubtful_new.contains(record.spec.name),
             fmt::format("job {} ({}) was put by somebody", record.id, record.spec.name));
@@ -184,8 +189,10 @@ void Books::check_jobs(const server::Store& store, bool started) {
   }
   if (started) doubtful_new.clear();
   for (auto& [id, kept] : jobs) {
-    const auto state = states.find(id);
-    JobTruth found = truth_of(store, id, state == states.end() ? "" : state->second);
+    const auto there = records.find(id);
+    server::JobRecord none;
+    none.state.clear();
+    JobTruth found = truth_of(store, id, there == records.end() ? none : there->second);
     const bool holds = started ? kept.may_be(found) : found == kept.value();
     require(holds, [&, job = id, &told = kept.value()] {
       return fmt::format("job {} is what was acknowledged{}: {}", job,

@@ -59,11 +59,12 @@ struct JobTruth {
   };
   using Film = std::map<std::uint32_t, Tile>;
 
-  std::string state;                            // empty: there is no such job
-  std::map<TaskId, std::uint64_t> results;      // by the attempt's number
-  std::map<std::int32_t, Film> checkpoints;     // by frame
-  std::map<std::string, std::int64_t> tallies;  // samples of what checkpoints hold, by worker
-  std::vector<std::string> failures;            // newest first
+  std::string state;                               // empty: there is no such job
+  std::map<std::int32_t, std::int64_t> shortened;  // frames that ended early: their samples
+  std::map<TaskId, std::uint64_t> results;         // by the attempt's number
+  std::map<std::int32_t, Film> checkpoints;        // by frame
+  std::map<std::string, std::int64_t> tallies;     // samples of what checkpoints hold, by worker
+  std::vector<std::string> failures;               // newest first
   bool operator==(const JobTruth&) const = default;
 
   /// Passes of the tile that are in the frame's checkpoint.

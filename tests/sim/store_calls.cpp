@@ -28,7 +28,7 @@ void StoreCalls::one_change() {
       {3, &StoreCalls::end_job},        {3, &StoreCalls::extend_job},
       {2, &StoreCalls::add_failures},   {2, &StoreCalls::put_job},
       {1, &StoreCalls::forget_results}, {1, &StoreCalls::forget_job},
-      {1, &StoreCalls::skip_jobs}};
+      {1, &StoreCalls::skip_jobs},      {2, &StoreCalls::shorten_frame}};
   int shares = 0;
   for (const auto& [share, call] : table) shares += share;
   auto drawn = random_.whole(0, shares - 1);
@@ -95,6 +95,15 @@ void StoreCalls::update_job() {
       [state = job.state](JobTruth& truth) { truth.state = state; });
 }
 
+void StoreCalls::shorten_frame() {
+  const JobId id = any_job();
+  const auto frame = static_cast<std::int32_t>(random_.whole(1, frames_most));
+  const auto samples = static_cast<std::int64_t>(++number_);
+  change_job(
+      "shorten frame", id, [&] { store_->shorten_frame(id, frame, samples); },
+      [frame, samples](JobTruth& truth) { truth.shortened[frame] = samples; });
+}
+
 void StoreCalls::extend_job() {
   const JobId id = any_job();
   if (id == 0) return;
@@ -107,6 +116,7 @@ void StoreCalls::extend_job() {
       "extend job", id, [&] { store_->extend_job(job, passes); },
       [state = job.state, passes](JobTruth& truth) {
         truth.state = state;
+        truth.shortened.clear();
         std::erase_if(truth.results, [&](const auto& kept) { return kept.first.pass >= passes; });
       });
 }

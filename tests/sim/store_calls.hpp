@@ -47,6 +47,7 @@ class StoreCalls {
 
   void put_job();
   void update_job();
+  void shorten_frame();
   void extend_job();
   void end_job();
   void forget_results();

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstring>
 
+#include "server/film/noise.hpp"
+#include "server/schedule/noise_stop.hpp"
+
 namespace tessera::sim {
 namespace {
 
@@ -122,6 +125,24 @@ server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uin
   for (std::uint32_t pass = 0; pass < plan.passes.count(); ++pass)
     server::fold(film, render(plan, {frame, tile, pass}));
   return film;
+}
+
+std::uint32_t passes_alone(const JobPlan& plan, std::int32_t frame) {
+  server::FilmSnapshot film{plan.grid, 0, {}, {}};
+  std::vector<std::shared_ptr<server::FilmTile>> tiles;
+  for (std::uint32_t tile = 0; tile < plan.grid.count(); ++tile) {
+    tiles.push_back(
+        std::make_shared<server::FilmTile>(server::empty_film_tile(plan.grid.tile(tile))));
+    film.tiles.push_back(tiles.back());
+  }
+  for (std::uint32_t pass = 0; pass + 1 < plan.passes.count(); ++pass) {
+    for (std::uint32_t tile = 0; tile < plan.grid.count(); ++tile)
+      server::fold(*tiles[tile], render(plan, {frame, tile, pass}));
+    if (server::noise_is_looked_at(plan.passes, pass + 1) &&
+        server::noise_of(film) <= plan.spec.noise_threshold)
+      return pass + 1;
+  }
+  return plan.passes.count();
 }
 
 std::vector<double> plain_sums(const JobPlan& plan, std::int32_t frame, std::uint32_t tile) {

@@ -28,6 +28,10 @@ std::vector<server::FilmTile> picture_of(std::span<const std::byte> bytes, const
 /// The straight fold: every pass of the tile rendered and folded in order, by nothing but loops.
 server::FilmTile straight_fold(const JobPlan& plan, std::int32_t frame, std::uint32_t tile);
 
+/// Passes with which the frame's noise ends it, looked at as server/schedule/noise_stop.hpp says,
+/// where it is rendered by itself and nothing goes wrong; all of them if it does not.
+std::uint32_t passes_alone(const JobPlan& plan, std::int32_t frame);
+
 /// What a tile of one pixel holds of each channel after all its passes, without the film's code:
 /// Σ n·mean in order, the least, and of the sums of squared deviations what the definition gives.
 std::vector<double> plain_sums(const JobPlan& plan, std::int32_t frame, std::uint32_t tile);

@@ -102,9 +102,10 @@ void Worker::go_on() {
   queue_.pop_front();
   running_ = order;
   running_since_ = world_.events.now();
-  const Disk::Job& job = world_.disk.jobs.at(grant.job);
+  // Of a pass, maybe, that the job has no more: its time was up in a later life of the coordinator.
+  const JobPlan& plan = *world_.disk.jobs.at(grant.job).asked;
   running_seconds_ =
-      overhead_ + static_cast<double>(job.plan->passes.pass(grant.task.pass).count) / speed_;
+      overhead_ + static_cast<double>(plan.passes.pass(grant.task.pass).count) / speed_;
   const std::uint64_t start = ++start_;
   world_.events.after(running_seconds_,
                       [this, order, start] { when_awake([=, this] { rendered(order, start); }); });

@@ -58,7 +58,7 @@ struct World {
   std::uint64_t trace = 0;  // hash of all that was decided
   std::uint64_t faults = 0;
   std::uint64_t decisions = 0;
-  std::uint64_t checkpoints = 0, shortened = 0;
+  std::uint64_t checkpoints = 0, shortened = 0, frames_shortened = 0;
 
   std::unique_ptr<Coordinator> coordinator;
   std::vector<std::unique_ptr<Worker>> workers;

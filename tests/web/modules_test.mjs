@@ -8,7 +8,7 @@ const load = (name) => {
   return import(`data:text/javascript,${encodeURIComponent(source)}`);
 };
 const { parseTiles, shown, toByte } = await load('tiles.js');
-const { count, jobLine, percent, span } = await load('format.js');
+const { count, jobLine, percent, samplesOf, span } = await load('format.js');
 
 /** Bytes as server/film/README.md describes them. */
 function tilesBytes(header, halves) {
@@ -72,4 +72,14 @@ test('numbers and times are shown as people read them', () => {
   assert.equal(percent(1), '100 %');
   const job = { state: 'rendering', progress: 0.42, samples_per_second: 2e6, eta_seconds: 61, render_seconds: 5 };
   assert.equal(jobLine(job), '42 % · 2.00 M samples/s · 1 min 01 s to go');
+  const frames = { ...job, frames_shortened: 2, frames: { count: 5 } };
+  assert.equal(jobLine(frames), '42 % · 2.00 M samples/s · 2 of 5 frames ended by their noise · 1 min 01 s to go');
+});
+
+test('a frame that ended by its noise says its own samples', () => {
+  const job = { samples: 512, pictures: [{ frame: 3, version: 9, samples: 64 }, { frame: 4, version: 2, samples: 512 }] };
+  assert.equal(samplesOf(job, 3), '64 (of 512 at most)');
+  assert.equal(samplesOf(job, 4), '512');
+  assert.equal(samplesOf(job, 5), '512', 'one that has no picture yet');
+  assert.equal(samplesOf({ samples: 512 }, 3), '512', 'an older server');
 });

@@ -70,6 +70,16 @@ TEST(ProgressLine, says_what_is_waited_for) {
   EXPECT_FALSE(gate.due(job, now));
 }
 
+TEST(ProgressLine, says_how_many_frames_ended_by_their_noise) {
+  const JobState job = job_state_from(Json{{"id", 1},
+                                           {"state", "rendering"},
+                                           {"progress", 0.5},
+                                           {"frames", {{"first", 1}, {"count", 5}}},
+                                           {"frames_done", 3},
+                                           {"frames_shortened", 2}});
+  EXPECT_EQ(progress_line(job), "rendering  50.0 %  3 of 5 frames, 2 by noise");
+}
+
 TEST(ProgressLine, says_a_hundred_per_cent_only_when_all_is_done) {
   EXPECT_EQ(progress_line(rendering(0.9999)), "rendering  99.9 %");
   JobState job = rendering(1);

@@ -61,6 +61,43 @@ TEST(Job, KnowsThePlanThatItHadBeforeItsTimeWasUpAndCallsItEarlierUntilItIsThePl
   EXPECT_EQ(extended.earlier_plans, std::vector<Digest>{job.plan->digest});
 }
 
+TEST(Job, CountsOfEachFrameWhatItHas) {
+  JobRecord three = record();
+  three.spec.render.samples = 100;  // ends 1, 4, 16, 64, 100
+  three.spec.frames = FrameRange{1, 3, 1};
+  three.shortened_frames = {{1, 16}, {3, 64}};
+  Job job(three, at(0), 0);
+  EXPECT_EQ(job.samples_of(1), 16);
+  EXPECT_EQ(job.passes_of(1), 3U);
+  EXPECT_EQ(job.samples_of(2), 100);
+  EXPECT_EQ(job.passes_of(2), 5U);
+  EXPECT_EQ(job.samples_total(), 40 * 30 * (16 + 100 + 64));
+  EXPECT_EQ(job.tasks_total(), 6 * (3 + 5 + 4));
+  EXPECT_EQ(samples_of_frames(job).fewest, 16);
+  EXPECT_EQ(samples_of_frames(job).most, 100);
+  const JobStatus status = job.status(std::nullopt, at(1));
+  EXPECT_EQ(status.frames_shortened, 2U);
+  EXPECT_EQ(status.view.samples, job.samples_total());
+  EXPECT_EQ(status.view.tasks, job.tasks_total());
+  job.record.shortened_frames[2] = 16;
+  EXPECT_EQ(samples_of_frames(job).most, 64) << "no frame has all that was asked for";
+  const JobRecord end = job.end_record("done", "", at(2), 2);
+  job.record.shortened_frames.erase(2);
+  job.has_ended_as(end);
+  EXPECT_EQ(job.record.state, "done");
+  EXPECT_EQ(job.record.shortened_frames.size(), 2U) << "what was said meanwhile stands";
+}
+
+TEST(Job, ThatIsExtendedToTheSamplesThatWereAskedForHasItsPlanAgain) {
+  JobRecord extended = record();
+  extended.extended_from = {10};
+  const Job again(extended, at(0), 0);
+  EXPECT_TRUE(again.earlier_plans.empty()) << "results of it are its own";
+  EXPECT_GT(again.version_base, 0U);
+  extended.spec.render.samples = 11;
+  EXPECT_EQ(Job(extended, at(0), 0).earlier_plans, std::vector<Digest>{again.plan->digest});
+}
+
 TEST(Job, RenderTimeRunsFromTheFirstLeaseToTheLastFold) {
   Job job(record(), at(0), 0);
   EXPECT_EQ(job.render_seconds(at(9), false), 0);

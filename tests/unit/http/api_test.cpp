@@ -141,8 +141,9 @@ TEST_F(ApiTest, JobsAreListedAndAnUnknownOneIs404) {
   EXPECT_EQ(jobs[1]["state"], "done");
   EXPECT_EQ(ask("GET", "/v1/jobs/3").status, 404U);
   EXPECT_EQ(ask("GET", "/v1/jobs/one").status, 404U);
+  coordinator.frame_samples = 48;
   const Json pictures = json(ask("GET", "/v1/jobs/1"))["pictures"];
-  EXPECT_EQ(pictures, Json::parse(R"([{"frame":1,"version":7}])"));
+  EXPECT_EQ(pictures, Json::parse(R"([{"frame":1,"version":7,"samples":48}])"));
 }
 
 TEST_F(ApiTest, AJobIsPausedResumedAndGivenAPriority) {

@@ -155,6 +155,12 @@ class FakeCoordinator : public Coordinator {
     return present_version;
   }
 
+  [[nodiscard]] std::optional<std::int64_t> samples(JobId id, std::int32_t) const override {
+    if (known.count(id) == 0) return std::nullopt;
+    return frame_samples.value_or(known.at(id).plan->passes.samples());
+  }
+  std::optional<std::int64_t> frame_samples;  ///< of each frame; else the plan's
+
   std::unique_ptr<Subscription> subscribe(std::optional<JobId> job) override {
     calls.push_back(job ? "subscribe " + std::to_string(*job) : "subscribe all");
     return std::make_unique<FakeSubscription>(*this);

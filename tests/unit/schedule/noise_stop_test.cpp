@@ -22,6 +22,14 @@ TEST(NoiseLooks, AreAtSixteenSamplesAndThenWheneverThereAreAnEighthMore) {
   EXPECT_EQ(next_look(PassPlan(10, 256), 1), 3U) << "all of it, where there is no look";
 }
 
+TEST(NoiseLooks, PassesWithinSoManySamplesAreCounted) {
+  const PassPlan plan(100, 256);  // 1, 4, 16, 64, 100
+  const std::map<std::int64_t, std::uint32_t> expected{{-1, 0}, {0, 0},  {1, 1},   {15, 2},
+                                                       {16, 3}, {99, 4}, {100, 5}, {1000, 5}};
+  for (const auto& [samples, passes] : expected)
+    EXPECT_EQ(passes_within(plan, samples), passes) << samples;
+}
+
 class NoiseStopTest : public ScheduleTest {
  protected:
   /// Ends 1, 4, 16, 64, 256, 512, …
@@ -55,7 +63,7 @@ TEST_F(NoiseStopTest, NoPassBeyondALookBeginsBeforeItsAnswer) {
   EXPECT_EQ(asked_[0].passes, 3U);
   pass(3);
   EXPECT_TRUE(held_[a].empty());
-  take(scheduler_.noise_measured(1, 3, 0.02, now_));
+  take(scheduler_.noise_measured(1, 1, 3, 0.02, now_));
   render_what_there_is(a);
   expect_passes(4);
   ASSERT_EQ(asked_.size(), 2U);
@@ -67,11 +75,11 @@ TEST_F(NoiseStopTest, EndsWhereTheNoiseIsLowEnough) {
   const WorkerId a = join("a");
   ready(a);
   render_what_there_is(a);
-  take(scheduler_.noise_measured(1, 3, 0.02, now_));
+  take(scheduler_.noise_measured(1, 1, 3, 0.02, now_));
   render_what_there_is(a);
-  take(scheduler_.noise_measured(1, 3, 0, now_));
+  take(scheduler_.noise_measured(1, 1, 3, 0, now_));
   EXPECT_TRUE(finished_.empty()) << "of a look that is long over";
-  take(scheduler_.noise_measured(1, 4, 0.01, now_));
+  take(scheduler_.noise_measured(1, 1, 4, 0.01, now_));
   ASSERT_EQ(finished_, std::vector<JobId>{1});
   EXPECT_EQ(shortened_[1], 64);
   expect_passes(4);
@@ -88,7 +96,7 @@ TEST_F(NoiseStopTest, MakesAllItsSamplesWhereItStaysNoisy) {
     render_what_there_is(a);
     if (!finished_.empty()) break;
     ASSERT_EQ(asked_.size(), looks + 1);
-    take(scheduler_.noise_measured(1, asked_.back().passes, 1, now_));
+    take(scheduler_.noise_measured(1, 1, asked_.back().passes, 1, now_));
   }
   expect_passes(plans_[1]->passes.count());
   EXPECT_TRUE(shortened_.empty());
@@ -122,7 +130,7 @@ TEST_F(NoiseStopTest, TogetherWithATimeLimitEitherEndsIt) {
   ready(a);
   render_what_there_is(a);
   ASSERT_EQ(asked_.size(), 1U);
-  take(scheduler_.noise_measured(1, 3, 0.005, now_));
+  take(scheduler_.noise_measured(1, 1, 3, 0.005, now_));
   EXPECT_EQ(finished_, std::vector<JobId>{1});
   EXPECT_EQ(shortened_[1], 16);
 }

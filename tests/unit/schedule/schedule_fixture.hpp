@@ -63,6 +63,8 @@ class ScheduleTest : public ::testing::Test {
         failed_[failed->job] = failed->reason;
       if (const auto* shortened = std::get_if<JobShortened>(&action))
         shortened_[shortened->job] = shortened->samples;
+      if (const auto* shortened = std::get_if<FrameShortened>(&action))
+        frames_shortened_[{shortened->job, shortened->frame}] = shortened->samples;
       if (const auto* asked = std::get_if<MeasureNoise>(&action)) asked_.push_back(*asked);
       if (const auto* finished = std::get_if<JobFinished>(&action))
         finished_.push_back(finished->job);
@@ -115,6 +117,7 @@ class ScheduleTest : public ::testing::Test {
   std::map<JobId, std::string> failed_;
   std::vector<JobId> finished_;
   std::map<JobId, std::int64_t> shortened_;
+  std::map<std::pair<JobId, std::int32_t>, std::int64_t> frames_shortened_;
   std::vector<std::int32_t> frames_;
   std::vector<MeasureNoise> asked_;
   std::vector<AttemptFailed> failures_;

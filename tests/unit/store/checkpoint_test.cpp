@@ -194,8 +194,8 @@ TEST_F(CheckpointTest, DatabaseOfTheSchemaBeforeIsReadOn) {
   store.reset();
   {
     Database old(folder_ / "tessera.db", Database::Mode::read_write);
-    for (const char* table :
-         {"checkpoints", "checkpoint_tiles", "tallies", "failures", "quarantines"})
+    for (const char* table : {"checkpoints", "checkpoint_tiles", "tallies", "failures",
+                              "quarantines", "shortened_frames"})
       old.execute(std::string("DROP TABLE ") + table);
     for (const char* column :
          {"extended_from", "idempotency_key", "idempotency_fingerprint", "shortened_from"})

@@ -120,13 +120,38 @@ TEST_F(StoreTest, DatabaseOfTheVersionBeforeIsBroughtToThisOneWithAllThatIsInIt)
   JobId job = 0;
   {
     const auto store = open();
+    JobRecord record = job_record();
+    job = record.id = store->put_job(record);
+    record.shortened_from = 512;
+    store->update_job(record);
+    append(*store, job, {1, 0, 0});
+    store->put_quarantine({"render-1", "", "user", 1});
+  }
+  Database(folder_ / "tessera.db", Database::Mode::read_write)
+      .execute("DROP TABLE shortened_frames; PRAGMA user_version = 5");
+  const auto store = open();
+  ASSERT_EQ(store->list_jobs().size(), 1U);
+  EXPECT_EQ(store->list_jobs().front().spec.name, "cornell");
+  EXPECT_EQ(store->list_jobs().front().shortened_from, 512);
+  EXPECT_TRUE(store->list_jobs().front().shortened_frames.empty());
+  EXPECT_EQ(store->quarantines().size(), 1U);
+  expect_readable(*store, job, 1);
+  store->shorten_frame(job, 1, 16);
+  const std::map<std::int32_t, std::int64_t> shortened{{1, 16}};
+  EXPECT_EQ(store->list_jobs().front().shortened_frames, shortened);
+}
+
+TEST_F(StoreTest, DatabaseOfTwoVersionsBeforeIsBroughtToThisOne) {
+  JobId job = 0;
+  {
+    const auto store = open();
     job = store->put_job(job_record());
     append(*store, job, {1, 0, 0});
   }
   Database(folder_ / "tessera.db", Database::Mode::read_write)
       .execute(
-          "DROP TABLE quarantines; ALTER TABLE jobs DROP COLUMN shortened_from; PRAGMA "
-          "user_version = 4");
+          "DROP TABLE shortened_frames; DROP TABLE quarantines; ALTER TABLE jobs DROP COLUMN "
+          "shortened_from; PRAGMA user_version = 4");
   const auto store = open();
   ASSERT_EQ(store->list_jobs().size(), 1U);
   JobRecord record = store->list_jobs().front();
@@ -138,6 +163,33 @@ TEST_F(StoreTest, DatabaseOfTheVersionBeforeIsBroughtToThisOneWithAllThatIsInIt)
   EXPECT_EQ(store->list_jobs().front().shortened_from, 4096);
   store->put_quarantine({"render-1", "", "user", 1});
   EXPECT_EQ(store->quarantines().size(), 1U);
+}
+
+TEST_F(StoreTest, KeepsFramesThatEndedEarlyUntilTheirJobIsExtendedOrForgotten) {
+  using Frames = std::map<std::int32_t, std::int64_t>;
+  JobRecord first = job_record(), second = job_record();
+  {
+    const auto store = open();
+    first.id = store->put_job(first);
+    second.id = store->put_job(second);
+    store->shorten_frame(first.id, 7, 64);
+    store->shorten_frame(first.id, -3, 16);
+    store->shorten_frame(second.id, 7, 256);
+    store->shorten_frame(first.id, 7, 48);
+    store->update_job(first);
+    EXPECT_EQ(error_of([&] { store->shorten_frame(99, 1, 16); }).kind(), ErrorKind::not_found);
+  }
+  const auto store = open();
+  EXPECT_EQ(store->list_jobs()[0].shortened_frames, (Frames{{-3, 16}, {7, 48}}))
+      << "a job that is kept anew keeps them";
+  EXPECT_EQ(store->list_jobs()[1].shortened_frames, (Frames{{7, 256}}));
+  store->extend_job(first, 3);
+  EXPECT_TRUE(store->list_jobs()[0].shortened_frames.empty());
+  EXPECT_EQ(store->list_jobs()[1].shortened_frames.size(), 1U);
+  store->forget_job(second.id);
+  EXPECT_EQ(Database(folder_ / "tessera.db", Database::Mode::read_only)
+                .integer("SELECT count(*) FROM shortened_frames"),
+            0);
 }
 
 TEST_F(StoreTest, ForgottenJobTakesItsFailuresAlong) {
