@@ -13,6 +13,7 @@
 #include "common/scene/light_groups.hpp"
 #include "common/scene/names.hpp"
 #include "common/scene/object_names.hpp"
+#include "common/scene/shadow_catchers.hpp"
 
 namespace tessera::client {
 
@@ -209,6 +210,8 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   take(spec.render.clamp_indirect, options.clamp_indirect);
   if (options.crop) spec.render.crop = options.crop;
   spec.focus = options.focus;
+  if (scene::has_shadow_catchers(scene))
+    spec.render.aovs = with_aov(std::move(spec.render.aovs), shadow_catcher_aov);
   try {
     spec.cryptomatte = matte_names(spec.render.aovs, scene, notes);
     if (options.order) spec.order = order_from(*options.order);

@@ -8,6 +8,7 @@
 
 #include "common/scene/image_bytes.hpp"
 #include "common/scene/outline.hpp"
+#include "common/scene/shadow_catchers.hpp"
 #include "common/scene/texture_uses.hpp"
 
 namespace tessera::client {
@@ -127,6 +128,8 @@ SceneFacts facts_of(const scene::LoadedScene& loaded, std::uint64_t decoded_byte
     out.emitting_materials += emits(material) ? 1 : 0;
   out.lights = from.lights.size();
   out.environment = from.environment.has_value();
+  out.film_transparent = from.film_transparent;
+  out.shadow_catchers = scene::has_shadow_catchers(from);
   out.textures = from.textures.size();
   out.images = from.images.size();
   for (const scene::Image& image : from.images) out.image_bytes += scene::encoded_size(image);
@@ -148,6 +151,8 @@ Json to_json(const SceneFacts& facts) {
   return {{"name", facts.name},
           {"width", facts.width},
           {"height", facts.height},
+          {"film_transparent", facts.film_transparent},
+          {"shadow_catchers", facts.shadow_catchers},
           {"triangles", facts.triangles},
           {"triangles_placed", facts.triangles_placed},
           {"spheres", facts.spheres},
@@ -179,7 +184,9 @@ std::string text_of(const SceneFacts& facts) {
     out += fmt::format("{:<11} {}\n", what, text);
   };
   if (!facts.name.empty()) line("name", facts.name);
-  line("film", fmt::format("{}x{}", facts.width, facts.height));
+  line("film", fmt::format("{}x{}{}{}", facts.width, facts.height,
+                           facts.film_transparent ? ", transparent" : "",
+                           facts.shadow_catchers ? ", catches shadows" : ""));
   line("triangles", facts.instances == 0 ? fmt::format("{}", facts.triangles)
                                          : fmt::format("{}, {} with instances", facts.triangles,
                                                        facts.triangles_placed));

@@ -11,7 +11,9 @@ namespace tessera::client {
 
 struct SceneFacts {
   std::string name;
-  int width = 0, height = 0;           ///< of its film
+  int width = 0, height = 0;  ///< of its film
+  bool film_transparent = false;
+  bool shadow_catchers = false;        ///< something catches shadows
   std::uint64_t triangles = 0;         ///< kept in memory; a quad is two, a box twelve
   std::uint64_t triangles_placed = 0;  ///< as rays meet them: those of an object once an instance
   std::uint64_t spheres = 0;           ///< kept in memory

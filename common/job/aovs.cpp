@@ -34,6 +34,8 @@ constexpr std::array table{
     AovEntry{Aov::transmission, "transmission", "RGB", beauty, Merge::mean,
              "light that came through the first surface"},
     AovEntry{Aov::light, "light_NAME", "RGB", beauty, Merge::mean, "light of one light group"},
+    AovEntry{Aov::shadow_catcher, shadow_catcher_aov, "", beauty, Merge::mean,
+             "light on shadow catchers, with and without shadows"},
     AovEntry{Aov::uv, "UV", "UV", aov, Merge::mean, "the first surface's texture coordinates"},
     AovEntry{Aov::object_id, "object_id", "", aov, Merge::first, "the first sample's object"},
     AovEntry{Aov::material_id, "material_id", "", aov, Merge::first, "the first sample's material"},
@@ -106,17 +108,34 @@ std::vector<AovChannel> matte_channels_of(const std::string& name) {
   out.push_back({"evicted." + name, Merge::matte_weight});
   return out;
 }
+
+/// In the order of CaughtChannel.
+std::vector<AovChannel> caught_channels_of(const std::string& name) {
+  std::vector<AovChannel> out;
+  for (const char* const part :
+       {".R", ".G", ".B", ".unshadowed.R", ".unshadowed.G", ".unshadowed.B", ".A"})
+    out.push_back({name + part, Merge::mean});
+  return out;
+}
 }  // namespace
 
 std::vector<AovChannel> channels_of(const AovUse& use) {
   if (use.aov == Aov::variance || use.aov == Aov::samples) return {};
   const AovEntry& entry = table.at(static_cast<std::size_t>(use.aov));
   if (entry.merge == Merge::matte) return matte_channels_of(use.name);
+  if (use.aov == Aov::shadow_catcher) return caught_channels_of(use.name);
   if (entry.components.empty()) return {{use.name, entry.merge}};
   std::vector<AovChannel> out;
   for (const char component : entry.components)
     out.push_back({use.name + '.' + component, entry.merge});
   return out;
+}
+
+std::vector<std::string> with_aov(std::vector<std::string> names, std::string_view needed) {
+  if (names.empty())
+    for (const AovUse& use : aov_uses(names)) names.push_back(use.name);
+  if (std::find(names.begin(), names.end(), needed) == names.end()) names.emplace_back(needed);
+  return names;
 }
 
 void check_aovs(std::span<const std::string> names, int tile) {

@@ -42,6 +42,7 @@ enum class Aov : std::uint8_t {
   specular,
   transmission,
   light,  ///< of one light group, which the name says
+  shadow_catcher,
   uv,
   object_id,
   material_id,
@@ -56,7 +57,7 @@ struct AovEntry {
   Aov aov;
   std::string_view name;
   /// A letter for each channel, NAME.R and so on; empty: one channel, called NAME. Cryptomattes
-  /// have channels of their own: see channels_of().
+  /// and what shadow catchers catch have channels of their own: see channels_of().
   std::string_view components;
   ChannelGroup group;
   Merge merge;
@@ -74,6 +75,8 @@ constexpr std::size_t aovs_most = 64;
 
 /// Before the name of a light group in the name of its AOV.
 constexpr std::string_view light_prefix = "light_";
+/// Aov::shadow_catcher's name.
+constexpr std::string_view shadow_catcher_aov = "shadow_catcher";
 /// The group of lights that are in no other.
 constexpr std::string_view default_light_group = "default";
 /// True for what can name a light group: 1 to 64 letters, digits, _ and -.
@@ -94,12 +97,27 @@ struct AovChannel {
   std::string name;  ///< in files
   Merge merge = Merge::mean;
 };
+/// The channels of Aov::shadow_catcher, in order: the light that would leave catchers if they were
+/// white, in the shadow of everything and of catchers alone, and the share of samples that saw one.
+enum CaughtChannel : std::size_t {
+  caught_R,
+  caught_G,
+  caught_B,
+  unshadowed_R,
+  unshadowed_G,
+  unshadowed_B,
+  caught_coverage,
+  caught_channel_count
+};
 /// Those that an AOV adds to a job's; none where every picture has what it names.
 std::vector<AovChannel> channels_of(const AovUse& use);
 
 /// What a job that names these asks for, in the table's order. Throws Error{bad_input} at
 /// `render.aovs` for a name that is not known, stands there twice, or is one too many.
 std::vector<AovUse> aov_uses(std::span<const std::string> names);
+/// `names` and one more that a job needs, unless it is among them; where they are none, all that
+/// such a job asks for is named.
+std::vector<std::string> with_aov(std::vector<std::string> names, std::string_view needed);
 /// Throws as aov_uses() does, and at `tile` if a tile with all its channels is more than a result
 /// may be.
 void check_aovs(std::span<const std::string> names, int tile);

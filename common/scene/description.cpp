@@ -36,7 +36,8 @@ Visibility operator&(const Visibility& a, const Visibility& b) {
   return {.camera = a.camera && b.camera,
           .shadow = a.shadow && b.shadow,
           .indirect = a.indirect && b.indirect,
-          .holdout = a.holdout || b.holdout};
+          .holdout = a.holdout || b.holdout,
+          .shadow_catcher = a.shadow_catcher || b.shadow_catcher};
 }
 
 Quad square_around(const Disk& disk) {

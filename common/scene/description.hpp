@@ -38,6 +38,8 @@ struct Visibility {
   bool shadow = true;    ///< rays that ask whether a light reaches a surface
   bool indirect = true;  ///< rays that have scattered
   bool holdout = false;  ///< where the camera sees it, the picture has a hole
+  /// As a holdout, but the shadows that fall on it are in the picture's alpha. Not both.
+  bool shadow_catcher = false;
   bool operator==(const Visibility&) const = default;
 };
 /// Of a shape in what is placed: neither shows what the other hides.

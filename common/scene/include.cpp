@@ -217,7 +217,7 @@ class Includer {
   std::map<Inclusion::Key, Part> parts_;
 };
 
-Inclusion read_inclusion(const Value& item) {
+Inclusion read_inclusion(const Value& item, const Reading& reading) {
   const auto checked = [](const Value& file) {
     if (!gltf::is_gltf(file.text()))
       file.fail_expected("the name of a glTF file, which ends in .gltf or .glb");
@@ -230,7 +230,7 @@ Inclusion read_inclusion(const Value& item) {
   if (const auto variant = in.optional("variant")) out.options.variant = variant->text();
   if (const auto units = in.optional("units"))
     out.options.units = read_word(*units, "units", gltf::unit_names);
-  out.visibility = read_visibility(in);
+  out.visibility = read_visibility(in, reading);
   if (const auto name = in.optional("name")) out.name = plain_name(*name);
   in.finish();
   return out;
@@ -242,7 +242,7 @@ void read_includes(const Value& list, Reading& reading, Scene& out) {
   std::vector<Inclusion> wanted;
   std::map<Inclusion::Key, int> count;
   for (const Value& item : list.items("a list of glTF files, each a name or {\"file\": …}")) {
-    wanted.push_back(read_inclusion(item));
+    wanted.push_back(read_inclusion(item, reading));
     ++count[wanted.back().key()];
   }
   Includer includer(reading, out);

@@ -7,19 +7,6 @@
 
 namespace tessera::scene {
 
-Visibility read_visibility(Fields& in) {
-  Visibility out;
-  const auto visibility = in.optional("visibility");
-  if (!visibility) return out;
-  Fields of(*visibility);
-  out.camera = of.boolean_or("camera", out.camera);
-  out.shadow = of.boolean_or("shadow", out.shadow);
-  out.indirect = of.boolean_or("indirect", out.indirect);
-  out.holdout = of.boolean_or("holdout", out.holdout);
-  of.finish();
-  return out;
-}
-
 const std::string& plain_name(const Value& value) {
   if (!is_plain_name(value.text()))
     value.fail("expected a name of 1 to 128 bytes without control characters");
@@ -32,11 +19,14 @@ std::vector<Object> read_objects(const Value& objects, Reading& reading) {
     (void)plain_name(member.key);
     Fields in(member.value);
     const Value shapes = in.required("shapes");
-    const Visibility visibility = read_visibility(in);
+    const Visibility visibility = read_visibility(in, reading);
     in.finish();
     out.push_back({member.key.text(), read_shapes(shapes, reading)});
     if (out.back().shapes.empty()) shapes.fail("expected at least one shape");
-    for (Shape& shape : out.back().shapes) shape.visibility = shape.visibility & visibility;
+    for (Shape& shape : out.back().shapes) {
+      shape.visibility = shape.visibility & visibility;
+      check_visibility(shape.visibility, member.value);
+    }
   }
   return out;
 }
@@ -58,10 +48,12 @@ void read_instances(const Value& instances, std::size_t first, const Reading& re
       instance.name = out.instance_names.add(plain_name(*name));
     const auto transform = in.optional("transform");
     if (transform) instance.to_world = read_transform(*transform);
-    instance.visibility = read_visibility(in);
+    instance.visibility = read_visibility(in, reading);
     in.finish();
-    for (const Shape& shape : out.objects[instance.object].shapes)
+    for (const Shape& shape : out.objects[instance.object].shapes) {
       check_placed(shape, instance.to_world * shape.to_world, reading, transform.value_or(value));
+      check_visibility(instance.visibility & shape.visibility, value);
+    }
     out.instances.push_back(instance);
   }
 }

@@ -66,6 +66,7 @@ class Reading {
     named_textures_.emplace_back(name, source);
   }
 
+  bool film_transparent = false;  ///< read before whatever may need it
   std::vector<Material> materials;
   std::vector<std::string> warnings, variants, animations;
   std::vector<Error> problems;  ///< of files, as in LoadedScene
@@ -113,7 +114,9 @@ std::vector<Material> read_materials(const Value& materials, Reading& reading);
 std::vector<Shape> read_shapes(const Value& shapes, Reading& reading);
 
 /// A member `visibility` of a shape, an object, an instance or an included file.
-Visibility read_visibility(Fields& in);
+Visibility read_visibility(Fields& in, const Reading& reading);
+/// Throws at `place` if what is placed there would be both a holdout and a shadow catcher.
+void check_visibility(const Visibility& visibility, const Value& place);
 
 /// The text at `value`, which must be a plain name (names.hpp).
 const std::string& plain_name(const Value& value);

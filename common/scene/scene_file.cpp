@@ -189,7 +189,7 @@ Scene read_scene(const Value& value, Reading& reading) {
   if (!out.name.empty() && !is_plain_name(out.name))
     root.required("name").fail("expected a name of at most 128 bytes without control characters");
   (void)root.text_or("about", "");
-  out.film_transparent = read_film(root, out.render);
+  reading.film_transparent = out.film_transparent = read_film(root, out.render);
   read_render(root, out.render);
   const auto include = root.optional("include");
   if (!include || root.has("camera") || root.has("cameras")) out.cameras = read_cameras(root);

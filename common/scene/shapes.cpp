@@ -127,7 +127,7 @@ std::vector<Shape> read_shapes(const Value& shapes, Reading& reading) {
     const auto name = in.optional("name");
     shape.name = name ? plain_name(*name) : fmt::format("{} {}", type, out.size());
     shape.material = read_material(in, reading, index);
-    shape.visibility = read_visibility(in);
+    shape.visibility = read_visibility(in, reading);
     const auto transform = in.optional("transform");
     if (transform) shape.to_world = read_transform(*transform);
     for (const ShapeType& known : shape_types)

@@ -51,11 +51,10 @@ void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
 void append_tile(std::vector<std::byte>& out, const FilmTile& tile) {
   const std::size_t pixels = tile.pixels();
   std::vector<std::uint16_t> halves(rgba_channels * pixels);
+  std::vector<float> plane(pixels);
   for (std::size_t c = 0; c < rgba_channels; ++c) {
-    const double divisor = mean_divisor(tile, c);
-    for (std::size_t i = 0; i < pixels; ++i)
-      halves[rgba_channels * i + c] =
-          half_of(static_cast<float>(tile.sums[c * pixels + i] / divisor));
+    read_values(tile, c, 0, plane);
+    for (std::size_t i = 0; i < pixels; ++i) halves[rgba_channels * i + c] = half_of(plane[i]);
   }
   append(out, halves.data(), halves.size() * sizeof(std::uint16_t));
 }
@@ -70,11 +69,9 @@ void FilmRows::values(std::size_t channel, int y, std::span<float> row) const {
       std::fill_n(to, window.width, nearest ? image::nothing_hit_z : 0.0F);
       return;
     }
-    const double divisor = mean_divisor(*tile, channel);
-    const std::size_t before = static_cast<std::size_t>(y + film_.grid.window().y - window.y) *
-                               static_cast<std::size_t>(window.width);
-    const double* from = tile->sums.data() + channel * tile->pixels() + before;
-    for (int i = 0; i < window.width; ++i) to[i] = static_cast<float>(from[i] / divisor);
+    const auto width = static_cast<std::size_t>(window.width);
+    const auto above = static_cast<std::size_t>(y + film_.grid.window().y - window.y);
+    read_values(*tile, channel, above * width, {to, width});
   });
 }
 

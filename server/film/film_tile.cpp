@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "server/film/caught_shadow.hpp"
 #include "server/film/fold_mattes.hpp"
 
 namespace tessera::server {
@@ -131,14 +132,21 @@ double mean_divisor(const FilmTile& tile, std::size_t channel) {
   return averaged && samples > 0 ? static_cast<double>(samples) : 1.0;
 }
 
+void read_values(const FilmTile& tile, std::size_t channel, std::size_t first,
+                 std::span<float> out) {
+  if (channel == image::A)
+    if (const auto caught = first_caught(*tile.layout))
+      return read_alpha(tile, *caught, first, out);
+  const double divisor = mean_divisor(tile, channel);
+  const double* from = tile.sums.data() + channel * tile.pixels() + first;
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(from[i] / divisor);
+}
+
 std::vector<float> resolve(const FilmTile& tile) {
   const std::size_t pixels = tile.pixels();
   std::vector<float> values(tile.sums.size());
-  for (std::size_t c = 0; c < tile.layout->size(); ++c) {
-    const double divisor = mean_divisor(tile, c);
-    for (std::size_t i = c * pixels; i < (c + 1) * pixels; ++i)
-      values[i] = static_cast<float>(tile.sums[i] / divisor);
-  }
+  for (std::size_t c = 0; c < tile.layout->size(); ++c)
+    read_values(tile, c, 0, std::span(values).subspan(c * pixels, pixels));
   return values;
 }
 

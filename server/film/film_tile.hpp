@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/image/channels.hpp"
@@ -30,8 +31,12 @@ FilmTile empty_film_tile(const Rect& window, image::Layout layout = image::defau
 /// Folds the result of pass `tile.passes` in. Passes must come in order, each once.
 void fold(FilmTile& tile, const image::TileView& pass);
 void fold(FilmTile& tile, const image::TileImage& pass);
-/// The values that a picture shows: means, M2, nearest; planes as in TileImage, all channels. Where
-/// a group has no samples, 0 (Z: nothing_hit_z).
+/// What a picture shows of a channel in the tile's pixels from `first` on: means, M2, nearest;
+/// alpha with the shadows that were caught (caught_shadow.hpp). Where a group has no samples, 0 (Z:
+/// nothing_hit_z).
+void read_values(const FilmTile& tile, std::size_t channel, std::size_t first,
+                 std::span<float> out);
+/// All of them, of all channels; planes as in TileImage.
 std::vector<float> resolve(const FilmTile& tile);
 /// What a channel's sums are divided by to give its values: its group's samples for means and
 /// weights of mattes, 1 for all else.

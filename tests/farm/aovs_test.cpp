@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -145,6 +147,67 @@ TEST(Mattes, name_every_object_in_the_file_and_share_out_what_is_there) {
     EXPECT_GT(whole, 5U) << in_order[number - 1];
     EXPECT_GT(part, 10U) << in_order[number - 1];
   }
+}
+
+/// A ball that throws its shadow on a catcher.
+std::string catching_scene(const Farm& farm) {
+  const std::filesystem::path file = farm.folder().path() / "catching.json";
+  std::ofstream(file) << R"({"tessera": 1, "film": {"width": 90, "height": 61, "transparent": true},
+    "camera": {"eye": [0, 5, 7], "target": [0, 0.5, 0]},
+    "environment": {"radiance": 0.5},
+    "materials": {"clay": {"type": "diffuse"}, "lamp": {"type": "emitter", "radiance": 8}},
+    "shapes": [
+      {"type": "quad", "material": "clay", "corner": [-9, 0, 9], "edge_u": [18, 0, 0],
+       "edge_v": [0, 0, -18], "visibility": {"shadow_catcher": true}},
+      {"type": "sphere", "material": "clay", "center": [0, 1, 0], "radius": 0.7},
+      {"type": "quad", "material": "lamp", "corner": [-3, 6, -1], "edge_u": [2, 0, 0],
+       "edge_v": [0, 0, 2]}]})";
+  return file;
+}
+
+image::ExrImage catching_picture(Farm& farm, const std::string& tile,
+                                 const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"--samples", "40", "--tile", tile};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return farm.finish(farm.submit(catching_scene(farm), arguments));
+}
+
+TEST(ShadowCatchers, have_the_same_bits_whatever_workers_and_tiles_there_are) {
+  Farm one, two;
+  one.add_worker();
+  two.add_worker();
+  two.add_worker();
+  const image::ExrImage reference = catching_picture(one, "64");
+  const auto alpha = reference.plane("A");
+  EXPECT_GT(std::ranges::count_if(alpha, [](float a) { return a > 0.3F && a < 0.9F; }), 100);
+  EXPECT_GT(std::ranges::count(alpha, 1.0F), 100) << "the ball";
+  EXPECT_TRUE(reference.has("N.X"));
+  for (const char* tile : {"16", "23", "256"}) {
+    const auto found = image::difference(reference, catching_picture(two, tile));
+    EXPECT_FALSE(found.has_value()) << tile << ": " << *found;
+  }
+}
+
+TEST(ShadowCatchers, are_in_alpha_as_their_channels_say_and_a_crop_has_the_same_bits) {
+  Farm farm;
+  farm.add_worker(2);
+  const image::ExrImage whole = catching_picture(farm, "64");
+  const image::ExrImage part = catching_picture(farm, "16", {"--crop", "31x20+11+7"});
+  ASSERT_EQ(part.width, 31);
+  ASSERT_EQ(part.height, 20);
+  for (std::size_t y = 0; y < 20; ++y)
+    for (std::size_t x = 0; x < 31; ++x)
+      ASSERT_EQ(part.plane("A")[y * 31 + x], whole.plane("A")[(y + 7) * 90 + x + 11]);
+  std::size_t covered = 0;
+  for (std::size_t i = 0; i < whole.plane("A").size(); ++i) {
+    if (whole.plane("shadow_catcher.A")[i] < 1) continue;
+    ++covered;
+    const double lit = whole.plane("shadow_catcher.G")[i];
+    const double open = whole.plane("shadow_catcher.unshadowed.G")[i];
+    ASSERT_NEAR(whole.plane("A")[i], 1 - lit / open, 1e-6) << i;
+    ASSERT_EQ(whole.plane("R")[i], 0) << i;
+  }
+  EXPECT_GT(covered, whole.plane("A").size() / 2);
 }
 
 TEST(Aovs, that_are_unknown_are_refused_before_anything_is_queued) {

@@ -50,6 +50,11 @@ void add(const Gathered& what, const SampleRecord& record, double* sums) {
       return add(sums, extras->by_lobe.transmission);
     case Aov::light:
       return add(sums, extras->by_group[what.light_group]);
+    case Aov::shadow_catcher:
+      add(sums + caught_R, extras->caught.shadowed);
+      add(sums + unshadowed_R, extras->caught.unshadowed);
+      sums[caught_coverage] += static_cast<double>(extras->caught.coverage);
+      return;
     case Aov::uv:
       sums[0] += static_cast<double>(extras->uv.x);
       sums[1] += static_cast<double>(extras->uv.y);

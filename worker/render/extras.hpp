@@ -10,6 +10,13 @@
 
 namespace tessera::render {
 
+/// The light that a shadow catcher would send back if it were white, and the shadow of everything,
+/// or that of catchers alone, lay on it.
+struct Caught {
+  Color shadowed, unshadowed;
+  float coverage = 0;  ///< 1: the sample saw a catcher
+};
+
 /// What one sample saw beside the picture and what denoisers want, for jobs that ask for it.
 struct SampleExtras {
   Vec3 position;  ///< of the first hit, in the world
@@ -20,6 +27,7 @@ struct SampleExtras {
   Color emission, direct, indirect;
   /// Scattered light by what the first surface did; 0 unless the trace is by_lobe.
   LobeShares by_lobe;
+  Caught caught;
   std::vector<Color> by_group;  ///< by light group; or empty: nobody asks
 
   void add(const Color& light, const LobeShares& first, int depth, std::uint16_t group) {
@@ -37,11 +45,13 @@ struct SampleExtras {
     object = material = {};
     emission = direct = indirect = {};
     by_lobe = {};
+    caught = {};
     std::fill(by_group.begin(), by_group.end(), Color{});
   }
   /// Where the sum of its light is finite too.
   [[nodiscard]] bool finite() const {
-    return is_finite(position) && std::isfinite(uv.x) && std::isfinite(uv.y);
+    return is_finite(position) && std::isfinite(uv.x) && std::isfinite(uv.y) &&
+           is_finite(caught.shadowed) && is_finite(caught.unshadowed);
   }
 };
 

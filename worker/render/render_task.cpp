@@ -178,6 +178,14 @@ void check_request(const Scene& scene, const TaskRequest& request) {
   (void)sampler_kind(request.settings.sampler);
   (void)integrator(request.settings.integrator);
   scene::check_light_groups(request.settings.aovs, scene.light_groups);
+  const std::vector<AovUse> uses = aov_uses(request.settings.aovs);
+  const auto carries = [](const AovUse& use) { return use.aov == Aov::shadow_catcher; };
+  if (scene.has_catchers && std::none_of(uses.begin(), uses.end(), carries))
+    throw Error(ErrorKind::bad_input,
+                fmt::format("the scene has shadow catchers: expected \"{}\" among the AOVs, in "
+                            "which their shadows travel",
+                            shadow_catcher_aov),
+                {.key = "render.aovs"});
   if (!scene.keeps.cover(needs_of(request.settings)))
     throw Error(ErrorKind::failed, "the scene was built without what the job's AOVs look at");
 }

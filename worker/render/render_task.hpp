@@ -46,9 +46,9 @@ using TaskProgress = std::function<void(double)>;
 /// pixel, index) alone, and a pixel's samples are summed in index order in double and rounded once,
 /// so the result has the same bits for any window, arena and neighbour. M2 is the sum of squared
 /// deviations from the mean, gathered about the range's first sample. A is 1 where the camera's ray
-/// met a surface that is no holdout, or an environment and the film is not transparent, else 0; Z
-/// is the distance from the plane of the eye. Nothing if `stop` was asked for. Throws
-/// Error{bad_input} for an unknown name. May be called from several threads at once.
+/// met a surface that is neither holdout nor shadow catcher, or an environment and the film is not
+/// transparent, else 0; Z is the distance from the plane of the eye. Nothing if `stop` was asked
+/// for. Throws Error{bad_input} for an unknown name. May be called from several threads at once.
 std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& request,
                                         tbb::task_arena& arena, const TaskProgress& progress = {},
                                         const std::stop_token& stop = {});
@@ -56,8 +56,9 @@ std::optional<RenderedTask> render_task(const Scene& scene, const TaskRequest& r
 /// What a scene must keep for the AOVs of these settings.
 SceneNeeds needs_of(const RenderSettings& settings);
 
-/// Throws Error{bad_input} if a name in the settings, or the camera, is not known; Error{failed} if
-/// the scene does not keep what the AOVs need.
+/// Throws Error{bad_input} if a name in the settings, or the camera, is not known, or the scene has
+/// shadow catchers and the settings do not ask for what they catch; Error{failed} if the scene does
+/// not keep what the AOVs need.
 void check_request(const Scene& scene, const TaskRequest& request);
 
 }  // namespace tessera::render

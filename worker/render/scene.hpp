@@ -135,7 +135,8 @@ struct Scene {
   bool has_environment = false;
   /// The camera sees nothing that is infinitely far.
   bool film_transparent = false;
-  bool has_holdouts = false;
+  bool has_holes = false;     ///< some surface is a holdout or a shadow catcher
+  bool has_catchers = false;  ///< … the latter
   /// What scattered rays meet is not what hides lights from surfaces: some surface is seen by one
   /// of the two alone, or some that emits not by both. What a scattered ray runs into then does not
   /// say what light it brings (found_light.hpp).

@@ -14,7 +14,8 @@ void note_visibility(render::Scene& scene) {
   for (const render::Placement& placement : scene.placements) {
     for (const render::Geometry& geometry : scene.groups[placement.group].geometries) {
       const scene::Visibility seen = placement.visibility & geometry.visibility;
-      scene.has_holdouts = scene.has_holdouts || seen.holdout;
+      scene.has_holes = scene.has_holes || seen.holdout || seen.shadow_catcher;
+      scene.has_catchers = scene.has_catchers || seen.shadow_catcher;
       scene.lit_apart =
           scene.lit_apart || seen.shadow != seen.indirect || (geometry.emits() && !seen.indirect);
     }

@@ -29,6 +29,21 @@ TEST(JobOptions, what_is_not_given_is_the_scenes) {
   EXPECT_EQ(spec.frames, FrameList{});
 }
 
+TEST(JobOptions, a_scene_that_catches_shadows_is_given_the_aov_that_they_travel_in) {
+  scene::Scene scene = scene_of();
+  const auto aovs_of = [&](const JobOptions& options) {
+    return job_from(scene, options, Digest{}).render.aovs;
+  };
+  using Names = std::vector<std::string>;
+  scene.shapes.emplace_back();
+  EXPECT_EQ(aovs_of({}), Names{});
+  scene.shapes.back().visibility.shadow_catcher = true;
+  EXPECT_EQ(aovs_of({}), (Names{"albedo", "N", "Z", "shadow_catcher"}));
+  JobOptions options;
+  options.aovs = Names{"P"};
+  EXPECT_EQ(aovs_of(options), (Names{"P", "shadow_catcher"}));
+}
+
 TEST(JobOptions, a_crop_lies_within_the_film_and_a_focus_within_the_crop) {
   const auto refused_at = [](const JobOptions& options) {
     try {

@@ -101,5 +101,18 @@ TEST(SceneFacts, are_said_in_words_and_in_json) {
   EXPECT_EQ(json["warnings"].size(), 1U);
 }
 
+TEST(SceneFacts, say_what_the_film_is_and_whether_shadows_are_caught) {
+  const TemporaryFolder folder;
+  scene::LoadedScene loaded = scene_of(folder);
+  EXPECT_THAT(text_of(facts_of(loaded, 0)), HasSubstr("film        64x32\n"));
+  loaded.scene.film_transparent = true;
+  EXPECT_THAT(text_of(facts_of(loaded, 0)), HasSubstr("film        64x32, transparent\n"));
+  loaded.scene.shapes[1].visibility.shadow_catcher = true;
+  const SceneFacts facts = facts_of(loaded, 0);
+  EXPECT_THAT(text_of(facts), HasSubstr("film        64x32, transparent, catches shadows\n"));
+  EXPECT_EQ(to_json(facts)["shadow_catchers"], true);
+  EXPECT_EQ(to_json(facts)["film_transparent"], true);
+}
+
 }  // namespace
 }  // namespace tessera::client

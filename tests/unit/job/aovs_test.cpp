@@ -73,6 +73,25 @@ TEST(Aovs, add_channels_to_a_job_unless_every_picture_has_them) {
   EXPECT_EQ(matte[32], "evicted.CryptoMaterial");
 }
 
+TEST(Aovs, of_shadow_catchers_are_means_that_travel_with_every_pass) {
+  const AovUse use = aov_uses(Names{std::string(shadow_catcher_aov)}).front();
+  EXPECT_EQ(aov_table()[static_cast<std::size_t>(use.aov)].group, ChannelGroup::beauty);
+  const std::vector<AovChannel> channels = channels_of(use);
+  ASSERT_EQ(channels.size(), caught_channel_count);
+  EXPECT_EQ(channels[caught_R].name, "shadow_catcher.R");
+  EXPECT_EQ(channels[unshadowed_R].name, "shadow_catcher.unshadowed.R");
+  EXPECT_EQ(channels[unshadowed_B].name, "shadow_catcher.unshadowed.B");
+  EXPECT_EQ(channels[caught_coverage].name, "shadow_catcher.A");
+  for (const AovChannel& channel : channels) EXPECT_EQ(channel.merge, Merge::mean);
+}
+
+TEST(Aovs, that_a_job_needs_stand_beside_those_that_it_asks_for) {
+  EXPECT_THAT(with_aov({}, "shadow_catcher"), ElementsAre("albedo", "N", "Z", "shadow_catcher"));
+  EXPECT_THAT(with_aov({"P"}, "shadow_catcher"), ElementsAre("P", "shadow_catcher"));
+  EXPECT_THAT(with_aov({"shadow_catcher", "P"}, "shadow_catcher"),
+              ElementsAre("shadow_catcher", "P"));
+}
+
 TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
   EXPECT_THAT(refusal([] {
                 (void)used({"Z", "albdo"});

@@ -119,6 +119,7 @@ TEST(ReadyScenes, every_key_stands_in_an_example) {
                           "shadow",
                           "indirect",
                           "holdout",
+                          "shadow_catcher",
                           "transparent",
                           "roughness",
                           "thin_walled",

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "common/scene/shadow_catchers.hpp"
 #include "tests/unit/scene/gltf_file.hpp"
 #include "tests/unit/scene/support.hpp"
 
@@ -77,6 +78,92 @@ TEST(Film, is_transparent_only_if_it_is_asked_for) {
   };
   EXPECT_TRUE(parse(film("true")).film_transparent);
   EXPECT_EQ(error_of(film("1")).place().key, "film.transparent");
+}
+
+constexpr const char* transparent = R"("film": {"width": 8, "height": 8, "transparent": true},)";
+
+/// A shape with this visibility, on a transparent film.
+std::string catching(const std::string& members) {
+  return std::string(with_shape("\"visibility\": {" + members + "}")).insert(1, transparent);
+}
+
+TEST(ShadowCatchers, are_read_from_shapes_objects_instances_and_included_files) {
+  const Scene shape = parse(catching(R"("shadow_catcher": true, "indirect": false)"));
+  EXPECT_EQ(shape.shapes.at(0).visibility, (Visibility{.indirect = false, .shadow_catcher = true}));
+  EXPECT_TRUE(has_shadow_catchers(shape));
+  EXPECT_FALSE(has_shadow_catchers(parse(catching(R"("shadow_catcher": false)"))));
+  EXPECT_FALSE(has_shadow_catchers(parse(catching(R"("holdout": true)"))));
+  const auto placed = [](const std::string& object, const std::string& instance) {
+    return parse(scene_with(std::string(transparent) + clay + R"(
+      "objects": {"one": {"visibility": {)" +
+                            object + R"(}, "shapes": [
+        {"type": "sphere", "material": "clay"}]}},
+      "instances": [{"object": "one", "visibility": {)" +
+                            instance + "}}],"));
+  };
+  EXPECT_FALSE(has_shadow_catchers(placed("", "")));
+  EXPECT_TRUE(has_shadow_catchers(placed(R"("shadow_catcher": true)", "")));
+  EXPECT_TRUE(has_shadow_catchers(placed("", R"("shadow_catcher": true)")));
+  const TemporaryFolder folder;
+  GltfFile file;
+  file.with_triangle();
+  folder.write("one.glb", file.glb());
+  const auto name = folder.write("s.json", R"({"tessera": 1,
+    "film": {"width": 8, "height": 8, "transparent": true},
+    "include": [{"file": "one.glb", "visibility": {"shadow_catcher": true}}]})");
+  EXPECT_TRUE(has_shadow_catchers(load_scene(name).scene));
+  EXPECT_TRUE(has_shadow_catchers(
+      survey_scene(FolderFiles(name.parent_path()), name.filename().string()).scene));
+}
+
+TEST(ShadowCatchers, that_are_placed_nowhere_catch_nothing) {
+  EXPECT_FALSE(has_shadow_catchers(parse(scene_with(std::string(transparent) + clay + R"(
+    "objects": {"one": {"visibility": {"shadow_catcher": true}, "shapes": [
+      {"type": "sphere", "material": "clay"}]}},)"))));
+}
+
+TEST(ShadowCatchers, need_a_transparent_film) {
+  for (const char* film : {"", R"("film": {"width": 8, "height": 8},)",
+                           R"("film": {"width": 8, "height": 8, "transparent": false},)"}) {
+    const Error error =
+        error_of(with_shape(R"("visibility": {"shadow_catcher": true})").insert(1, film));
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_EQ(error.place().key, "shapes[0].visibility.shadow_catcher");
+    EXPECT_EQ(error.message(),
+              "what is caught stands in the picture's alpha: expected a film of \"transparent\": "
+              "true");
+  }
+}
+
+TEST(ShadowCatchers, are_no_holdouts) {
+  const auto expect_both_refused = [](const Error& error, const std::string& key) {
+    EXPECT_EQ(error.place().key, key);
+    EXPECT_EQ(error.message(),
+              "a holdout catches no shadows: expected \"holdout\" or \"shadow_catcher\", not both");
+  };
+  expect_both_refused(error_of(catching(R"("holdout": true, "shadow_catcher": true)")),
+                      "shapes[0].visibility");
+  const auto placed = [](const std::string& shape, const std::string& object,
+                         const std::string& instance) {
+    return error_of(scene_with(std::string(transparent) + clay + R"(
+      "objects": {"one": {"visibility": {)" +
+                               object + R"(}, "shapes": [
+        {"type": "sphere", "material": "clay", "visibility": {)" +
+                               shape + R"(}}]}},
+      "instances": [{"object": "one", "visibility": {)" +
+                               instance + "}}],"));
+  };
+  const std::string holdout = R"("holdout": true)", catcher = R"("shadow_catcher": true)";
+  expect_both_refused(placed(holdout, catcher, ""), "objects.one");
+  expect_both_refused(placed(holdout, "", catcher), "instances[0]");
+  expect_both_refused(placed("", catcher, holdout), "instances[0]");
+}
+
+TEST(ShadowCatchers, that_are_no_yes_or_no_are_refused_at_their_place) {
+  EXPECT_EQ(error_of(catching(R"("shadow_catcher": 1)")).place().key,
+            "shapes[0].visibility.shadow_catcher");
+  EXPECT_THAT(error_of(catching(R"("shadow_cacher": true)")).message(),
+              HasSubstr("did you mean \"shadow_catcher\"?"));
 }
 
 }  // namespace

@@ -65,7 +65,26 @@ TEST(VisibilityOfAScene, AnInstanceHidesWhatItsShapesDoNot) {
   EXPECT_EQ(seen_at(scene, 6), "c");
   EXPECT_EQ(scene.visibility_of(3, 0),
             (Visibility{.shadow = false, .indirect = false, .holdout = true}));
-  EXPECT_TRUE(scene.has_holdouts);
+  EXPECT_TRUE(scene.has_holes);
+  EXPECT_FALSE(scene.has_catchers);
+}
+
+TEST(VisibilityOfAScene, AShadowCatcherIsAHoleWhereverItIsPlaced) {
+  const auto catches = [](scene::Scene scene) {
+    const render::Scene made = built(std::move(scene));
+    EXPECT_EQ(made.has_holes, made.has_catchers);
+    return made.has_catchers;
+  };
+  EXPECT_FALSE(catches(scene_of({square(0, 0, {})})));
+  EXPECT_TRUE(catches(scene_of({square(0, 0, {}), square(0, 2, {.shadow_catcher = true})})));
+  scene::Scene placed = scene_of({});
+  placed.objects = {{"often", {square(0, 0, {})}}};
+  placed.instances = {{0, moved(0), {}}, {0, moved(2), {}}};
+  EXPECT_FALSE(catches(placed));
+  placed.instances[1].visibility.shadow_catcher = true;
+  EXPECT_TRUE(catches(placed));
+  const render::Scene scene = built(std::move(placed));
+  EXPECT_EQ(seen_at(scene, 2), "csi");
 }
 
 TEST(VisibilityOfAScene, AnEllipsoidKeepsItsOwn) {
@@ -83,7 +102,7 @@ TEST(VisibilityOfAScene, AnEllipsoidKeepsItsOwn) {
 TEST(VisibilityOfAScene, ItIsLitApartWhereScatteredRaysDoNotMeetWhatShadowRaysDo) {
   const auto apart = [](std::uint32_t material, const Visibility& visibility) {
     const render::Scene scene = built(scene_of({square(material, 0, visibility)}));
-    EXPECT_FALSE(scene.has_holdouts);
+    EXPECT_FALSE(scene.has_holes);
     return scene.lit_apart;
   };
   for (const std::uint32_t material : {0U, 1U}) {

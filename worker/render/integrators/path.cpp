@@ -1,30 +1,13 @@
 #include "worker/render/integrators/path.hpp"
 
 #include "worker/render/integrators/found_light.hpp"
+#include "worker/render/integrators/found_weight.hpp"
+#include "worker/render/integrators/holes.hpp"
 #include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
 namespace tessera::render {
 namespace {
-
-/// Weight of the strategy with density a against b (Veach's power heuristic, exponent 2). a > 0.
-float power_heuristic(float a, float b) {
-  const float ratio = b / a;
-  return 1 / (1 + ratio * ratio);
-}
-
-/// Weight of light that a BSDF's sample found, against the light samples that were taken where the
-/// path last scattered.
-struct FoundWeight {
-  const Trace& trace;
-  const PathState& path;
-
-  float operator()(std::uint32_t light, const LightHit& hit) const {
-    if (path.last_specular || light == no_id) return 1;
-    const float by_light = trace.scene.lights.pdf(path.last_context, light, hit);
-    return power_heuristic(path.last_pdf, by_light * static_cast<float>(trace.light_samples));
-  }
-};
 
 /// `first_draw` is the light set's draw 0 of light_samples.
 void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
@@ -93,7 +76,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
     }
     evaluate(material, scene.textures, at.shading, closure);
     if (path.undescribed) {
-      if (held_out(trace, path, at)) return;
+      if (is_hole(trace, sampler, path, at, record)) return;
       describe(trace, hit, at, path, record);
     }
     see_emission(trace, path, at, weight, record);

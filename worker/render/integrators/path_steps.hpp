@@ -23,12 +23,6 @@ inline accel::Mask mask_of(const PathState& path) {
   return path.depth == 0 ? ray_mask::camera : ray_mask::indirect;
 }
 
-/// True if the camera sees a hole there: the path ends, and nothing is told of it.
-inline bool held_out(const Trace& trace, const PathState& path, const Interaction& at) {
-  return trace.scene.has_holdouts && path.depth == 0 &&
-         trace.scene.visibility_of(at.placement, at.geometry).holdout;
-}
-
 /// True if the path's ray was asked for lights apart from what it runs into (found_light.hpp).
 inline bool is_lit_apart(const Trace& trace, const PathState& path) {
   return trace.scene.lit_apart && !path.last_specular;

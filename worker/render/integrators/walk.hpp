@@ -1,5 +1,6 @@
 #pragma once
 #include "worker/render/integrators/found_light.hpp"
+#include "worker/render/integrators/holes.hpp"
 #include "worker/render/integrators/passing.hpp"
 #include "worker/render/integrators/path_steps.hpp"
 
@@ -38,7 +39,7 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     }
     evaluate(material, scene.textures, at.shading, closure);
     if (path.undescribed) {
-      if (held_out(trace, path, at)) return;
+      if (is_hole(trace, sampler, path, at, record)) return;
       describe(trace, hit, at, path, record);
     }
     see_emission(trace, path, at, weight, record);

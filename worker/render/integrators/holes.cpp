@@ -1,0 +1,156 @@
+#include "worker/render/integrators/holes.hpp"
+
+#include "worker/render/integrators/found_weight.hpp"
+#include "worker/render/integrators/passing.hpp"
+
+namespace tessera::render {
+namespace {
+
+/// The share of the surface at a shadow ray's hit that light passes.
+float passing_share(const Scene& scene, const Interaction& at) {
+  const CompiledMaterial& material = scene.materials[at.material];
+  if (!material.has_opacity && !material.back_culled) return 0;
+  return 1 - presence(material, scene.textures, at.shading);
+}
+
+bool catches(const Scene& scene, const Interaction& at) {
+  return scene.visibility_of(at.placement, at.geometry).shadow_catcher;
+}
+
+/// The part of light that passes along a shadow ray by catchers, as if nothing else were there.
+float passed_by_catchers(Trace& trace, Ray ray) {
+  float passed = 1;
+  for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
+    ++trace.rays;
+    const accel::Hit hit = trace.scene.intersect(ray, ray_mask::shadow);
+    if (!hit.any()) return passed;
+    const Interaction at = surface_at(trace.scene, ray, hit);
+    if (catches(trace.scene, at)) passed *= passing_share(trace.scene, at);
+    ray.t_min = at.behind(ray);
+    if (!(passed > 0) || !(ray.t_min < ray.t_max)) return passed;
+  }
+  return 0;
+}
+
+/// Lambert's lobe of albedo 1, whatever the surface is made of.
+void make_white(const ShadingPoint& point, Closure& out) {
+  out.clear();
+  out.shading = point.shading;
+  out.normal = point.normal;
+  out.add({.kind = LobeKind::diffuse, .weight = gray(1)});
+  out.rounded = point.rounded;
+  out.round_normal = point.shading.n;
+}
+
+/// What a light's sample sends to `at` where nothing stands between, and the ray that leads there.
+/// False if that is nothing. As in light_from(), which shares nothing with it so that path() stays
+/// as fast as it is.
+bool aim(const Trace& trace, const Interaction& at, const LightSample& light, const PathState& path,
+         Ray& ray, Color& sent) {
+  const Scene& scene = trace.scene;
+  const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
+  if (!(length > 0)) return false;
+  ray = at.leave(light.wi, length, path.ray);
+  if (!leaves(trace, at, ray)) return false;
+  sent = scene.lights[light.light].varies ? radiance_at(scene, light, ray) : light.radiance;
+  return true;
+}
+
+/// The light samples of path(), each with and without what is no catcher.
+void add_sampled(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
+                 Caught& caught) {
+  const Scene& scene = trace.scene;
+  const auto count = static_cast<std::uint32_t>(trace.light_samples);
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const Draw4 draw = sampler.draw4(dim::light_set(0), j, count);
+    const LightSample light =
+        scene.lights.sample(path.last_context, draw.bits(dim::light_pick), draw.pair(dim::light));
+    if (!light || is_black(light.radiance)) continue;
+    const Scattering scattered = scattering(trace.closure, at.shading.wo, light.wi);
+    if (is_black(scattered.value)) continue;
+    Ray ray;
+    Color sent;
+    if (!aim(trace, at, light, path, ray, sent)) continue;
+    const float by_light = light.pdf * static_cast<float>(count);
+    const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
+    const Color brought = path.throughput * scattered.value * sent *
+                          absorbed_along(scene, path.media, ray.t_max) * (weight / by_light);
+    ++trace.rays;
+    const Color passed = transmittance(scene, ray);
+    caught.shadowed += brought * passed;
+    caught.unshadowed += brought * (passed == gray(1) ? 1 : passed_by_catchers(trace, ray));
+  }
+}
+
+/// What a ray that left a catcher finds on its way, as add_found_light() would, with and without
+/// what is no catcher.
+void add_found(Trace& trace, PathState along, Caught& caught) {
+  const Scene& scene = trace.scene;
+  const FoundWeight weight{trace, along};
+  const auto add = [&](const Color& light, float shadow) {
+    caught.shadowed += light * shadow;
+    caught.unshadowed += light;
+  };
+  // The path's throughput is what catchers pass; `shadow` the part of it that all else does.
+  float shadow = 1;
+  for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
+    ++trace.rays;
+    const accel::Hit hit = scene.intersect(along.ray);
+    if (!hit.any()) {
+      SampleRecord far;
+      add_far(trace, along, weight, far);
+      return add(far.radiance, shadow);
+    }
+    const Interaction at = surface_at(scene, along.ray, hit);
+    const CompiledMaterial& material = scene.materials[at.material];
+    if (material.emits()) {
+      const Color sent =
+          emission(material, scene.textures, at.shading) * absorbed_along(scene, along.media, at.t);
+      if (!is_black(sent))
+        add(along.throughput * sent * weight(at.light, light_hit(along, at)), shadow);
+    }
+    const scene::Visibility visibility = scene.visibility_of(at.placement, at.geometry);
+    if (visibility.shadow) {
+      const float passed = passing_share(scene, at);
+      if (!visibility.shadow_catcher)
+        shadow *= passed;
+      else if (passed > 0)
+        along.throughput *= passed;
+      else
+        return;
+    }
+    along.ray.t_min = at.behind(along.ray);
+  }
+}
+
+/// Direct light on a white surface by light samples and one of its own, weighed against each other:
+/// light samples alone do not find all (LightTable), and this is what path() would have found.
+void catch_light(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
+                 Caught& caught) {
+  make_white(at.shading, trace.closure);
+  PathState here = path;
+  here.last_context = light_context(at, trace.closure, path);
+  if (!trace.scene.lights.empty()) add_sampled(trace, sampler, here, at, caught);
+  const Draw4 draw = sampler.draw4(dim::bsdf_set(0));
+  const BsdfSample drawn =
+      sample(trace.closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
+  if (!drawn || !set_out(trace, here, at, drawn)) return;
+  here.throughput *= drawn.weight;
+  here.last_pdf = drawn.pdf;
+  here.last_specular = false;
+  add_found(trace, here, caught);
+}
+
+}  // namespace
+
+bool look_into_hole(Trace& trace, const Sampler& sampler, const PathState& path,
+                    const Interaction& at, SampleRecord& record) {
+  const scene::Visibility seen = trace.scene.visibility_of(at.placement, at.geometry);
+  if (seen.shadow_catcher && record.extras != nullptr) {
+    record.extras->caught.coverage = 1;
+    catch_light(trace, sampler, path, at, record.extras->caught);
+  }
+  return seen.holdout || seen.shadow_catcher;
+}
+
+}  // namespace tessera::render
