@@ -95,13 +95,17 @@ FittingNames fitting(MatteNames names) {
   for (auto* list : {&out.names.objects, &out.names.materials})
     if (!are_utf8(*list)) leave_out(*list, "a name is not UTF-8");
   if (is_short(out.names)) return out;
-  const std::string reason =
-      fmt::format("its names are more than the {} KiB that a job may carry of them",
-                  matte_names_most / limits::KiB);
+  const auto reason = [](std::string_view whose) {
+    return fmt::format("{} are more than the {} KiB that a job may carry of them", whose,
+                       matte_names_most / limits::KiB);
+  };
   const bool objects_fit = is_short({.objects = out.names.objects, .materials = {}});
   const bool materials_fit = is_short({.objects = {}, .materials = out.names.materials});
-  if (materials_fit || !objects_fit) leave_out(out.names.objects, reason);
-  if (!materials_fit) leave_out(out.names.materials, reason);
+  if (materials_fit || !objects_fit) {
+    leave_out(out.names.objects,
+              reason(objects_fit ? "its names and those of materials together" : "its names"));
+  }
+  if (!materials_fit) leave_out(out.names.materials, reason("its names"));
   return out;
 }
 

@@ -32,7 +32,9 @@ void each_use(SomeMaterial& material, const Take& take) {
 
 /// Reflects otherwise along than across, by directions of the first coordinates.
 bool is_brushed(const Material& material) {
-  if (const auto* metal = std::get_if<Conductor>(&material.surface)) return metal->anisotropy > 0;
+  // At the full roughness both ways are alike.
+  if (const auto* metal = std::get_if<Conductor>(&material.surface))
+    return metal->anisotropy > 0 && metal->roughness < 1;
   const auto* surface = std::get_if<Principled>(&material.surface);
   return surface != nullptr && surface->anisotropy.factor > 0 && !surface->anisotropy_direction;
 }

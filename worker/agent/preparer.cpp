@@ -13,15 +13,11 @@ namespace tessera::agent {
 
 namespace {
 /// The files stay pinned in the cache as long as the scene may read them.
-class PinnedScene : public PreparedScene {
- public:
-  PinnedScene(std::shared_ptr<const PreparedScene> scene, FetchedBundle files)
-      : scene_(std::move(scene)), files_(std::move(files)) {}
-  bool serves(const RenderSettings& settings) const override { return scene_->serves(settings); }
-
- private:
-  std::shared_ptr<const PreparedScene> scene_;
-  FetchedBundle files_;
+struct PinnedScene {
+  PinnedScene(std::shared_ptr<const PreparedScene> built, FetchedBundle read)
+      : scene(std::move(built)), files(std::move(read)) {}
+  std::shared_ptr<const PreparedScene> scene;
+  FetchedBundle files;
 };
 }  // namespace
 

@@ -37,7 +37,7 @@ class LightMaker {
         light.shape =
             render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
       }
-    } else if (emitter.is_half) {
+    } else if (emitter.with_next) {
       const Parallelogram whole = parallelogram(geometry, face).value();
       const Vec3d corner = at(whole.corner);
       Vec3d u = at(whole.end_u) - corner, v = at(whole.end_v) - corner;

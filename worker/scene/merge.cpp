@@ -241,10 +241,10 @@ MergedGroup merge(std::span<const PlacedShape> shapes,
           continue;
         }
         const auto emitter = static_cast<std::uint32_t>(out.emitters.size());
-        const bool is_half = shines_as_one_with_next(geometry, face, materials);
-        out.emitters.push_back({number, face, radiances[face], is_half});
+        const bool with_next = shines_as_one_with_next(geometry, face, materials);
+        out.emitters.push_back({number, face, radiances[face], with_next});
         geometry.emitters[face] = emitter;
-        if (is_half) geometry.emitters[++face] = emitter;
+        if (with_next) geometry.emitters[++face] = emitter;
       }
     }
     out.group.geometries.push_back(std::move(geometry));

@@ -14,7 +14,7 @@ struct EmittingFace {
   std::uint32_t geometry = 0;
   std::uint32_t primitive = 0;
   render::Color radiance;  ///< mean over the face
-  bool is_half = false;    ///< with the next face it is one parallelogram, and one light
+  bool with_next = false;  ///< it and the next face are one parallelogram, and one light
 };
 
 struct MergedGroup {

@@ -46,6 +46,68 @@ TEST(Surfaces, TheGreatestPrincipledSurfaceFitsAMixOfTwo) {
   }
 }
 
+TEST(Surfaces, LayersMadeOnceAreThoseMadeAtAHit) {
+  // A texture of ones makes the same surface be put together at each hit.
+  const TextureTable ones = one_texel({1, 1, 1, 1});
+  const auto seen = [&](const scene::Principled& surface, const Vec3& wo) {
+    scene::Material material = of(surface);
+    material.vertex_colors = false;
+    return closure_at(material, wo, ones);
+  };
+  scene::Principled once = all_lobes();
+  once.base_color.factor = {0.7, 0.4, 0.2};
+  for (const double metal : {0.0, 0.4, 1.0}) {
+    for (const bool thin : {true, false}) {
+      once.metallic.factor = metal;
+      once.thin_walled = thin;
+      scene::Principled at_hit = once;
+      at_hit.base_color.texture = scene::TextureUse{};
+      for (const float cosine : {0.9F, 0.2F, -0.5F}) {
+        const Vec3 wo = from_angles(cosine, 1);
+        const Closure a = seen(once, wo), b = seen(at_hit, wo);
+        ASSERT_EQ(a.count, b.count);
+        for (const Vec3& wi : {from_angles(0.6F, 2), from_angles(-0.6F, 4)}) {
+          EXPECT_EQ(eval(a, wo, wi), eval(b, wo, wi)) << metal << thin << cosine;
+          EXPECT_EQ(pdf(a, wo, wi), pdf(b, wo, wi)) << metal << thin << cosine;
+        }
+      }
+    }
+  }
+}
+
+TEST(Surfaces, VerticesColourWhatIsLit) {
+  scene::Principled surface;
+  surface.base_color.factor = {0.8, 0.8, 0.8};
+  ShadingPoint point = seen_from({0, 0, 1});
+  point.detail->color = {0.5F, 0.25F, 1};
+  const auto diffuse = [&](const scene::Material& material) {
+    Closure closure;
+    evaluate(compile(material), {}, point, closure);
+    const Lobe* lobe = find(closure, LobeKind::diffuse);
+    return lobe == nullptr ? Color{} : lobe->weight;
+  };
+  scene::Material material = of(surface);
+  const Color coloured = diffuse(material);
+  material.vertex_colors = false;
+  const Color plain = diffuse(material);
+  ASSERT_GT(plain.r, 0.5F);
+  EXPECT_NEAR(coloured.r, 0.5F * plain.r, 1e-6F);
+  EXPECT_NEAR(coloured.g, 0.25F * plain.g, 1e-6F);
+  EXPECT_NEAR(coloured.b, plain.b, 1e-6F);
+}
+
+TEST(Surfaces, WhatPassesABrushedWallOfNoRoughnessPassesStraightOn) {
+  scene::Principled wall;
+  wall.roughness.factor = 0;
+  wall.anisotropy.factor = 0.5;
+  wall.transmission.factor = 1;
+  const Closure closure = closure_at(of(wall), from_angles(0.7F, 1));
+  const Lobe* passing = find(closure, LobeKind::pane);
+  ASSERT_NE(passing, nullptr);
+  EXPECT_GT(passing->tint.g, 0.7F * 0.8F);
+  EXPECT_EQ(find(closure, LobeKind::mirror), nullptr);
+}
+
 TEST(Surfaces, PrincipledSamplesFollowTheirDensity) {
   scene::Principled all = all_lobes();
   all.roughness.factor = 0.6;

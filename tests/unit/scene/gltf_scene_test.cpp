@@ -104,7 +104,8 @@ TEST(GltfScene, copies_of_a_node_share_its_name) {
   EXPECT_LT(scene.instance_names.bytes(), 200U);
   EXPECT_EQ(name_of(scene, scene.instances[copies - 1]), name_of(scene, scene.instances[0]));
   EXPECT_EQ(name_of(scene, scene.instances[copies]), "other");
-  static_assert(sizeof(Instance) == sizeof(Transform) + 16, "an instance has no text of its own");
+  static_assert(sizeof(Instance) < sizeof(Transform) + sizeof(std::string),
+                "an instance has no text of its own");
 }
 
 TEST(GltfScene, what_is_scaled_to_nothing_is_left_out) {

@@ -16,6 +16,8 @@ struct Roughness {
   float alpha_x = 1, alpha_y = 1;
 };
 
+inline bool is_smooth(const Roughness& r) { return std::max(r.alpha_x, r.alpha_y) < alpha_smooth; }
+
 /// √(z² + αx²x² + αy²y²): the length of v as the stretched surface sees it.
 inline float stretched(const Roughness& r, const Vec3& v) {
   const float x = r.alpha_x * v.x, y = r.alpha_y * v.y;

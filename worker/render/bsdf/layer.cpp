@@ -33,6 +33,7 @@ Layer::Layer(const Source& source, const Frame& shading, const ggx::Roughness& r
 
 void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
   const float weight = max_component(albedo);
+  if (!(weight > 0)) return;
   if (lobe.alpha_x == lobe.alpha_y) {
     out.add(lobe, weight);
     return;
@@ -42,15 +43,18 @@ void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
   out.add(brushed, weight);
 }
 
-void add_passing(float cosine, const Color& color, const ggx::Roughness& roughness, Closure& out) {
-  if (std::max(roughness.alpha_x, roughness.alpha_y) < ggx::alpha_smooth) {
+microfacet::Surface passing_of(const ggx::Roughness& roughness) {
+  return microfacet::surface_of({gray(1), {}, {}}, {roughness.alpha_y, roughness.alpha_y});
+}
+
+void add_passing(float cosine, const Color& color, const microfacet::Surface& passing,
+                 Closure& out) {
+  if (passing.smooth) {
     out.add({.kind = LobeKind::pane, .tint = color, .ior = 1});
     return;
   }
-  const ggx::Roughness across{roughness.alpha_y, roughness.alpha_y};
-  const microfacet::Surface white = microfacet::surface_of({gray(1), {}, {}}, across);
-  const microfacet::View view = microfacet::view_of(across, {.cosine = cosine});
-  out.add(scaled(microfacet::lobe_of(white, view, true), color), max_component(color));
+  const microfacet::View view = microfacet::view_of(passing.roughness, {.cosine = cosine});
+  out.add(scaled(microfacet::lobe_of(passing, view, true), color), max_component(color));
 }
 
 }  // namespace tessera::render

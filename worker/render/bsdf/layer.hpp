@@ -36,8 +36,11 @@ struct Layer {
   void add(const Lobe& lobe, const Color& albedo, Closure& out) const;
 };
 
-/// Adds light that goes straight through a thin wall, or nearly so: wide as it is across, whatever
-/// way the surface is brushed.
-void add_passing(float cosine, const Color& color, const ggx::Roughness& roughness, Closure& out);
+/// What light meets that goes straight through a thin wall, or nearly so: as rough as the wall is
+/// across, whatever way it is brushed.
+microfacet::Surface passing_of(const ggx::Roughness& roughness);
+/// Adds such light: of `color`, seen at a cosine of 0…1.
+void add_passing(float cosine, const Color& color, const microfacet::Surface& passing,
+                 Closure& out);
 
 }  // namespace tessera::render

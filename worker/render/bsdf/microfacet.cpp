@@ -1,6 +1,7 @@
 #include "worker/render/bsdf/microfacet.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "worker/render/bsdf/brushed_energy.hpp"
@@ -8,10 +9,6 @@
 
 namespace tessera::render::microfacet {
 namespace {
-
-bool is_smooth(const ggx::Roughness& r) {
-  return std::max(r.alpha_x, r.alpha_y) < ggx::alpha_smooth;
-}
 
 /// The reflectance of all bounces after the first, where `mean` is one bounce's and `energy` what
 /// escapes at each: Σ mean^(n+1)·energy·(1 − energy)^(n−1).
@@ -44,7 +41,7 @@ Reflectance reflectance_of(const Lobe& lobe) {
 Surface surface_of(const Reflectance& reflectance, const ggx::Roughness& roughness) {
   Surface out{.reflectance = reflectance,
               .roughness = roughness,
-              .smooth = is_smooth(roughness),
+              .smooth = ggx::is_smooth(roughness),
               .later = {}};
   if (out.smooth) return out;
   out.mean = energy::reflection_mean(roughness);
@@ -54,12 +51,13 @@ Surface surface_of(const Reflectance& reflectance, const ggx::Roughness& roughne
 }
 
 View view_of(const ggx::Roughness& roughness, const energy::Slant& wo) {
-  if (is_smooth(roughness)) return {.cosine = wo.cosine};
+  if (ggx::is_smooth(roughness)) return {.cosine = wo.cosine};
   return {.cosine = wo.cosine, .once = energy::bounce(wo, roughness)};
 }
 
 Lobe lobe_of(const Surface& surface, const View& view, bool through) {
   const Reflectance& reflectance = surface.reflectance;
+  assert(!through || !surface.smooth);
   if (surface.smooth) {
     return {.kind = LobeKind::mirror,
             .weight = reflectance.at(view.cosine),

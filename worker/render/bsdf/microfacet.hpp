@@ -28,7 +28,8 @@ struct View {
 };
 View view_of(const ggx::Roughness& roughness, const energy::Slant& wo);
 
-/// The rough lobe, or the mirror; `through` is the twin, whose reflectance is a mere colour.
+/// The rough lobe, or the mirror; `through` is the twin of a rough one, whose reflectance is a mere
+/// colour.
 Lobe lobe_of(const Surface& surface, const View& view, bool through = false);
 /// What such a lobe makes of light to wo: its directional albedo, but for a metal's dip.
 Color albedo(const Surface& surface, const View& view);

@@ -97,9 +97,14 @@ float PrincipledSurface::add_coat(const Coat& coat, Closure& out) {
   return coat.below();
 }
 
+bool PrincipledSurface::has_vertex_color(const Source& source) const {
+  const auto& detail = source.point.detail;
+  return vertex_colors && detail && (detail->has & detail_flag::color) != 0;
+}
+
 Color PrincipledSurface::tinted_base(const Source& source) const {
   Color base = base_color.at(source);
-  if (vertex_colors && source.point.detail) base *= source.point.detail->color;
+  if (has_vertex_color(source)) base *= source.point.detail->color;
   return unit(base);
 }
 
@@ -138,6 +143,7 @@ PrincipledSurface::Layers PrincipledSurface::layers_at(const Source& source) con
   // What has a volume behind it reflects by its interface's own lobe.
   out.interface = thin_walled ? 0 : through * (1 - metal);
   out.passing = thin_walled ? through : 0;
+  if (out.passing > 0) out.passed = passing_of(rough);
   const float layered = (1 - metal) - out.interface;
   out.base = base * layered;
   out.interface_reflectance = unit(tint * strength) * out.interface;
@@ -145,7 +151,7 @@ PrincipledSurface::Layers PrincipledSurface::layers_at(const Source& source) con
 
   out.dielectric = microfacet::surface_of(schlick_reflectance(normal, gray(strength)), rough);
   out.specular = out.dielectric;
-  out.alike = layered == 1;
+  out.dielectric_alone = layered == 1;
   Reflectance& mixed = out.specular.reflectance;
   mixed = {mixed.normal * layered, mixed.rise * layered, {}};
   out.specular.later *= gray(layered);
@@ -171,7 +177,7 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
   }
   const float below = add_coat(coat_at(source), out);
   out.emission += emission.at(source) * below;
-  if (everywhere_ && !(vertex_colors && source.point.detail)) {
+  if (everywhere_ && !has_vertex_color(source)) {
     add(*everywhere_, source, below, out);
   } else {
     add(layers_at(source), source, below, out);
@@ -190,11 +196,13 @@ void PrincipledSurface::add(const Layers& layers, const Source& source, float be
     layer.add(scaled(lobe, gray(below)), albedo * below, out);
   }
 
-  const Color reflected = layers.alike ? albedo : microfacet::albedo(layers.dielectric, layer.view);
-  const Color left = layers.base * (below * unit(1 - max_component(reflected)));
-  out.add({.kind = LobeKind::diffuse, .weight = left * (1 - layers.passing)});
-  if (layers.passing > 0) {
-    add_passing(facing(out.shading, source), left * layers.passing, rough, out);
+  if (!is_black(layers.base)) {
+    const Color reflected =
+        layers.dielectric_alone ? albedo : microfacet::albedo(layers.dielectric, layer.view);
+    const Color left = layers.base * (below * unit(1 - max_component(reflected)));
+    out.add({.kind = LobeKind::diffuse, .weight = left * (1 - layers.passing)});
+    if (layers.passing > 0)
+      add_passing(facing(out.shading, source), left * layers.passing, layers.passed, out);
   }
   if (layers.interface > 0) {
     // From inside it reflects totally, whatever its strength.

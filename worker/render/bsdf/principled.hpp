@@ -36,7 +36,8 @@ struct PrincipledSurface {
   struct Layers {
     microfacet::Surface specular;    ///< dielectric and metal, each by its part of the surface
     microfacet::Surface dielectric;  ///< as if it had all of the surface
-    bool alike = false;              ///< it has
+    bool dielectric_alone = false;   ///< it has
+    microfacet::Surface passed;      ///< the thin wall, for what passes it
     Vec2 direction{1, 0};            ///< in which they are brushed, of any length
     Color base;                      ///< of what is below, times the dielectric's part
     float passing = 0;               ///< of what is below: passes a thin wall
@@ -55,12 +56,13 @@ struct PrincipledSurface {
   void add(const Layers& layers, const Source& source, float below, Closure& out) const;
   [[nodiscard]] microfacet::Surface coat_surface_at(const Source& source) const;
   [[nodiscard]] Coat coat_at(const Source& source) const;
+  [[nodiscard]] bool has_vertex_color(const Source& source) const;
   /// The base colour, vertices' colours in it.
   [[nodiscard]] Color tinted_base(const Source& source) const;
   /// What of the light below it the coat leaves.
   static float add_coat(const Coat& coat, Closure& out);
 
-  // Made once, of what has no textures; where vertices have colours the layers are made anew.
+  // Made once, of what has no textures; at hits where vertices have colours they are not looked at.
   std::optional<Layers> everywhere_;
   std::optional<microfacet::Surface> coat_everywhere_;
 };

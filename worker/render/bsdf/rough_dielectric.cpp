@@ -86,8 +86,7 @@ Later later_of(float alpha, float eta) {
 Lobe lobe_of(const Parameters& p) {
   Lobe lobe{
       .kind = LobeKind::dielectric, .weight = p.reflectance, .tint = p.transmittance, .ior = p.ior};
-  const float least = std::max(p.roughness.alpha_x, p.roughness.alpha_y);
-  if (least < ggx::alpha_smooth || std::abs(p.ior - 1) < 1e-3F) return lobe;
+  if (ggx::is_smooth(p.roughness) || std::abs(p.ior - 1) < 1e-3F) return lobe;
   lobe.kind = LobeKind::rough_dielectric;
   lobe.alpha_x = std::max(p.roughness.alpha_x, ggx::alpha_smooth);
   lobe.alpha_y = std::max(p.roughness.alpha_y, ggx::alpha_smooth);

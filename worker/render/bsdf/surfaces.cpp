@@ -31,6 +31,7 @@ DielectricSurface::DielectricSurface(const scene::Dielectric& source)
   if (!thin_walled) return;
   const float face = pane::both_faces(normal_reflectance(ior));
   faces = microfacet::surface_of(schlick_reflectance(gray(face), gray(1)), roughness);
+  passing = passing_of(roughness);
 }
 
 void DielectricSurface::add(const Source& source, Closure& out) const {
@@ -50,7 +51,7 @@ void DielectricSurface::add(const Source& source, Closure& out) const {
   const Color reflected = microfacet::albedo(faces, layer.view);
   layer.add(scaled(microfacet::lobe_of(faces, layer.view), reflectance), reflected * reflectance,
             out);
-  add_passing(layer.view.cosine, transmittance * unit(1 - reflected.g), roughness, out);
+  add_passing(layer.view.cosine, transmittance * unit(1 - reflected.g), passing, out);
 }
 
 }  // namespace tessera::render

@@ -34,7 +34,8 @@ struct DielectricSurface {
   float ior = 1;
   ggx::Roughness roughness;
   bool thin_walled = false;
-  microfacet::Surface faces;  ///< of a thin wall, both together
+  microfacet::Surface faces;    ///< of a thin wall, both together
+  microfacet::Surface passing;  ///< the same wall, for what passes it
 };
 
 /// Ends a part of a mix: what was added since the last such step is multiplied by its share.
