@@ -1,7 +1,9 @@
 // tessera_sim [--seeds N] [--first N] [--seed N] [--bug NAME]: runs the simulation for N seeds, or
-// one seed again. Exit code 1 if a rule was broken; with --bug, if it was not found.
+// one seed again. Exit code 1 if a rule was broken; with --bug or --bugs, if one was not found: by
+// a rule, or with --bugs by an assertion.
 #include <fmt/format.h>
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -86,6 +88,21 @@ bool broken(const Options& options, Bug bug) {
   return false;
 }
 
+/// True if a bug is found, be it by an assertion of the code under test, which ends its process.
+bool found(const Options& options, Bug bug) {
+  std::fflush(stdout);
+  const ::pid_t child = ::fork();
+  if (child == 0) {
+    const bool seen = broken(options, bug);
+    std::fflush(stdout);
+    ::_exit(seen ? 0 : 1);
+  }
+  int status = 0;
+  if (child < 0 || ::waitpid(child, &status, 0) != child) return false;
+  return WIFEXITED(status) ? WEXITSTATUS(status) == 0
+                           : WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT;
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -123,7 +140,7 @@ int main(int count, char** arguments) {
     for (const auto& [name, bug] : bugs) {
       if (bug == Bug::none) continue;
       fmt::print("{}: ", name);
-      if (!broken(options, bug)) {
+      if (!found(options, bug)) {
         fmt::print("{} was NOT found\n", name);
         ++missed;
       }
