@@ -160,6 +160,14 @@ image::ExrImage Farm::finish(const std::string& id, Seconds most) {
   return fetched.code == 0 ? image::read_exr_file(file) : image::ExrImage{};
 }
 
+image::ExrImage Farm::fetch_frame(const std::string& id, int frame) const {
+  const auto file = folder_ / ("job-" + id + "-frame-" + std::to_string(frame) + ".exr");
+  const Outcome outcome =
+      tessera({"fetch", id, "--frame", std::to_string(frame), "-o", file.string()});
+  EXPECT_EQ(outcome.code, 0) << outcome.errors << logs();
+  return outcome.code == 0 ? image::read_exr_file(file) : image::ExrImage{};
+}
+
 image::ExrImage Farm::finish_quickly(const std::string& id, Seconds most) const {
   std::string state;
   becomes_true(

@@ -59,7 +59,10 @@ class Farm {
   /// Waits for the end and reads the picture, by the client; a failure is a test failure.
   image::ExrImage finish(const std::string& id, Seconds most = Seconds(240));
 
-  /// The same over HTTP, without starting a program for it.
+  /// One frame's picture of a job of several, as the client fetches it.
+  [[nodiscard]] image::ExrImage fetch_frame(const std::string& id, int frame) const;
+
+  /// As finish(), but over HTTP, without starting a program for it.
   [[nodiscard]] image::ExrImage finish_quickly(const std::string& id,
                                                Seconds most = Seconds(240)) const;
 

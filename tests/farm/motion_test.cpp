@@ -12,14 +12,6 @@ std::vector<std::string> small(const std::string& frames) {
 
 std::string windmills() { return (sources() / "scenes/windmills.json").string(); }
 
-image::ExrImage frame_of(const Farm& farm, const std::string& id, int frame) {
-  const auto file = farm.folder() / ("frame" + std::to_string(frame) + ".exr");
-  const Outcome outcome =
-      farm.tessera({"fetch", id, "--frame", std::to_string(frame), "-o", file.string()});
-  EXPECT_EQ(outcome.code, 0) << outcome.errors << farm.logs();
-  return image::read_exr_file(file);
-}
-
 TEST(Motion, frames_show_their_moments_and_have_the_same_bits_whoever_rendered_them) {
   Farm many;
   many.add_worker(2);
@@ -31,8 +23,8 @@ TEST(Motion, frames_show_their_moments_and_have_the_same_bits_whoever_rendered_t
   const std::string alone = one.submit(windmills(), small("25"));
   ASSERT_EQ(one.tessera({"wait", alone}).code, 0) << one.logs();
 
-  const image::ExrImage moment = frame_of(many, range, 25);
-  const auto different = image::difference(moment, frame_of(one, alone, 25));
+  const image::ExrImage moment = many.fetch_frame(range, 25);
+  const auto different = image::difference(moment, one.fetch_frame(alone, 25));
   EXPECT_FALSE(different.has_value()) << different.value_or("");
   // Another seed for each frame would differ too, but not in what the camera sees first.
   const auto depths = [](const image::ExrImage& picture) {
@@ -40,7 +32,7 @@ TEST(Motion, frames_show_their_moments_and_have_the_same_bits_whoever_rendered_t
     return std::vector<float>(plane.begin(), plane.end());
   };
   for (const int other : {1, 13, 37})
-    EXPECT_NE(depths(moment), depths(frame_of(many, range, other))) << other;
+    EXPECT_NE(depths(moment), depths(many.fetch_frame(range, other))) << other;
 }
 
 TEST(Motion, the_client_says_how_long_a_scene_moves_where_no_frames_were_asked_for) {

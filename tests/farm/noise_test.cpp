@@ -56,14 +56,6 @@ std::vector<std::string> job_of(const std::string& frames,
   return arguments;
 }
 
-image::ExrImage frame_of(const Farm& farm, const std::string& id, int frame) {
-  const auto file = farm.folder() / ("frame" + std::to_string(frame) + ".exr");
-  const Outcome outcome =
-      farm.tessera({"fetch", id, "--frame", std::to_string(frame), "-o", file.string()});
-  EXPECT_EQ(outcome.code, 0) << outcome.errors << farm.logs();
-  return image::read_exr_file(file);
-}
-
 /// What each frame comes to as a job of its own.
 struct Alone {
   std::map<int, image::ExrImage> pictures;
@@ -105,7 +97,7 @@ void expect_as_alone(const Farm& farm, const std::string& id) {
   EXPECT_EQ(job.at("samples_total"), all);
   EXPECT_EQ(job.at("tasks_done"), job.at("tasks"));
   for (const int frame : {easy, hard}) {
-    const image::ExrImage picture = frame_of(farm, id, frame);
+    const image::ExrImage picture = farm.fetch_frame(id, frame);
     const auto different = image::difference(alone().pictures.at(frame), picture);
     EXPECT_FALSE(different.has_value()) << frame << ": " << different.value_or("");
     EXPECT_EQ(picture.metadata.text("tessera.samples"), std::to_string(alone().samples.at(frame)));
@@ -176,7 +168,7 @@ TEST(NoiseOfFrames, a_job_is_extended_to_no_fewer_samples_than_any_frame_has) {
     ASSERT_EQ(farm.tessera({"wait", plain}).code, 0) << farm.logs();
     for (const int frame : {easy, hard}) {
       const auto different =
-          image::difference(frame_of(farm, plain, frame), frame_of(farm, id, frame));
+          image::difference(farm.fetch_frame(plain, frame), farm.fetch_frame(id, frame));
       EXPECT_FALSE(different.has_value()) << frame << ": " << different.value_or("");
     }
   }
@@ -194,7 +186,7 @@ TEST(NoiseOfFrames, that_ended_go_on_to_all_samples_that_were_asked_for) {
   ASSERT_EQ(farm.tessera({"extend", id, "--samples", std::to_string(few)}).code, 0) << farm.logs();
   ASSERT_EQ(farm.tessera({"wait", id}).code, 0) << farm.logs();
   EXPECT_EQ(samples_of(farm.job(id)), (std::map<int, std::int64_t>{{easy, few}, {hard, few}}));
-  EXPECT_EQ(frame_of(farm, id, easy).plane("samples")[0], static_cast<float>(few));
+  EXPECT_EQ(farm.fetch_frame(id, easy).plane("samples")[0], static_cast<float>(few));
 }
 
 }  // namespace
