@@ -8,8 +8,10 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/error.hpp"
 #include "common/job/matte.hpp"
 #include "tests/render/support.hpp"
+#include "worker/scene/build.hpp"
 
 /// Outputs beside the picture.
 namespace tessera::render::proof {
@@ -97,6 +99,29 @@ TEST(Aov, UvIsTheSurfacesOwnAlsoWhereNoMaterialWantsIt) {
   EXPECT_NEAR(mesh.at("UV.V"), 5, 1e-4);
   maker.look({-8, -0.5, 5}, {-8, -0.5, 0});
   EXPECT_EQ(look(maker, {"UV"}).at("UV.U"), 0);
+}
+
+TEST(Aov, IsRefusedByASceneThatWasBuiltWithoutWhatItLooksAt) {
+  SceneMaker maker;
+  maker.add(maker.diffuse(0.5), scene::Quad{{-1, -1, 0}, {2, 0, 0}, {0, 2, 0}});
+  TaskRequest plain = request_of({.side = 1}, 1), with_uv = plain;
+  plain.settings.aovs = {"P", "N"};
+  with_uv.settings.aovs = {"P", "UV"};
+  const auto built_for = [&](const TaskRequest& request) {
+    return worker::build_scene(scene::Scene(maker.description), accel::Device(), {},
+                               needs_of(request.settings));
+  };
+  const Scene bare = built_for(plain), whole = built_for(with_uv);
+  EXPECT_NO_THROW(check_request(whole, with_uv));
+  EXPECT_NO_THROW(check_request(whole, plain));
+  EXPECT_NO_THROW(check_request(bare, plain));
+  try {
+    check_request(bare, with_uv);
+    FAIL() << "it was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::failed);
+    EXPECT_STREQ(error.what(), "the scene was built without what the job's AOVs look at");
+  }
 }
 
 /// Ids with their shares of the samples, as the slots have them.
