@@ -1,17 +1,11 @@
 #include "worker/render/integrators/holes.hpp"
 
+#include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/found_weight.hpp"
 #include "worker/render/integrators/passing.hpp"
 
 namespace tessera::render {
 namespace {
-
-/// The share of the surface at a shadow ray's hit that light passes.
-float passing_share(const Scene& scene, const Interaction& at) {
-  const CompiledMaterial& material = scene.materials[at.material];
-  if (!material.has_opacity && !material.back_culled) return 0;
-  return 1 - presence(material, scene.textures, at.shading);
-}
 
 bool catches(const Scene& scene, const Interaction& at) {
   return scene.visibility_of(at.placement, at.geometry).shadow_catcher;
@@ -82,46 +76,35 @@ void add_sampled(Trace& trace, const Sampler& sampler, const PathState& path, co
   }
 }
 
-/// What a ray that left a catcher finds on its way, as add_found_light() would, with and without
-/// what is no catcher.
-void add_found(Trace& trace, PathState along, Caught& caught) {
-  const Scene& scene = trace.scene;
-  const FoundWeight weight{trace, along};
-  const auto add = [&](const Color& light, float shadow) {
+/// What find_light() finds for a ray that left a catcher, with and without what is no catcher.
+struct CaughtRules {
+  const Trace& trace;
+  FoundWeight weight;
+  Caught& caught;
+  /// The path's throughput is what catchers pass; this the part of it that all else does.
+  float shadow = 1;
+
+  void add(const Color& light) {
     caught.shadowed += light * shadow;
     caught.unshadowed += light;
-  };
-  // The path's throughput is what catchers pass; `shadow` the part of it that all else does.
-  float shadow = 1;
-  for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
-    ++trace.rays;
-    const accel::Hit hit = scene.intersect(along.ray);
-    if (!hit.any()) {
-      SampleRecord far;
-      add_far(trace, along, weight, far);
-      return add(far.radiance, shadow);
-    }
-    const Interaction at = surface_at(scene, along.ray, hit);
-    const CompiledMaterial& material = scene.materials[at.material];
-    if (material.emits()) {
-      const Color sent =
-          emission(material, scene.textures, at.shading) * absorbed_along(scene, along.media, at.t);
-      if (!is_black(sent))
-        add(along.throughput * sent * weight(at.light, light_hit(along, at)), shadow);
-    }
-    const scene::Visibility visibility = scene.visibility_of(at.placement, at.geometry);
-    if (visibility.shadow) {
-      const float passed = passing_share(scene, at);
-      if (!visibility.shadow_catcher)
-        shadow *= passed;
-      else if (passed > 0)
-        along.throughput *= passed;
-      else
-        return;
-    }
-    along.ray.t_min = at.behind(along.ray);
   }
-}
+  void add_far(const PathState& along) {
+    SampleRecord far;
+    render::add_far(trace, along, weight, far);
+    add(far.radiance);
+  }
+  void add_met(const PathState& along, const Interaction& at, const Color& sent) {
+    add(along.throughput * sent * weight(at.light, light_hit(along, at)));
+  }
+  bool go_on(PathState& along, const Interaction& at, float share) {
+    if (!catches(trace.scene, at)) {
+      shadow *= share;
+      return true;
+    }
+    along.throughput *= share;
+    return share > 0;
+  }
+};
 
 /// Direct light on a white surface by light samples and one of its own, weighed against each other:
 /// light samples alone do not find all (LightTable), and this is what path() would have found.
@@ -138,7 +121,7 @@ void catch_light(Trace& trace, const Sampler& sampler, const PathState& path, co
   here.throughput *= drawn.weight;
   here.last_pdf = drawn.pdf;
   here.last_specular = false;
-  add_found(trace, here, caught);
+  find_light(trace, here, CaughtRules{trace, {trace, here}, caught});
 }
 
 }  // namespace
