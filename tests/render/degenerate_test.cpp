@@ -111,5 +111,30 @@ TEST(Degenerate, WhatIsWhollyTransparentIsNotThere) {
   }
 }
 
+/// Rays of a floor under a lamp behind this many plates that are wholly transparent.
+std::int64_t rays_through(int plates, bool lit_apart, const std::string& integrator) {
+  SceneMaker maker;
+  maker.add(maker.diffuse(0.5), floor_mesh());
+  maker.add(maker.emitter(1), lamp_mesh());
+  if (lit_apart) {
+    maker.add(maker.diffuse(0.5), scene::Sphere{{0, 50, 0}, 0.1});
+    maker.description.shapes.back().visibility.indirect = false;
+  }
+  const std::uint32_t veil = maker.diffuse(0.9);
+  maker.description.materials[veil].opacity = {.mode = scene::Opacity::Mode::blend,
+                                               .alpha = {.factor = 0}};
+  for (int i = 0; i < plates; ++i)
+    maker.add(veil, scene::Quad{{-3, 0.1 + 0.01 * i, -3}, {6, 0, 0}, {0, 0, 6}});
+  maker.look({-2, 0.7, 0.1}, {0, 0, 0}, 10);
+  return render(maker.build(), {8, 16, 0, 1, 2, integrator}, 3).stats.rays;
+}
+
+TEST(Degenerate, ARayThroughWhatIsNotThereIsOne) {
+  for (const char* integrator : {"path", "cosine", "hemisphere", "hemisphere_lights"})
+    for (const bool lit_apart : {false, true})
+      EXPECT_EQ(rays_through(40, lit_apart, integrator), rays_through(0, lit_apart, integrator))
+          << integrator << ' ' << lit_apart;
+}
+
 }  // namespace
 }  // namespace tessera::render::proof

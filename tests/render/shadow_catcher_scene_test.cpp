@@ -116,6 +116,31 @@ TEST(ShadowCatcher, IsSeenThroughWhatIsNotThereAndHidesWhatIsBehind) {
             0);
 }
 
+TEST(ShadowCatcher, HasAsManyRaysUnderWhateverStandsAboveIt) {
+  const auto rays = [](const Visibility& visibility, bool veiled) {
+    SceneMaker maker;
+    maker.add(maker.diffuse(0.5), ground());
+    maker.description.shapes.back().visibility = catching;
+    add_lights_of_all_kinds(maker);
+    const std::uint32_t material = veiled ? veil(maker, 0.5) : maker.diffuse(0.5);
+    for (int i = 0; i < 20; ++i) {
+      maker.add(material, scene::Quad{{-20, 1 + 0.1 * i, 20}, {40, 0, 0}, {0, 0, -40}});
+      maker.description.shapes.back().visibility = visibility;
+    }
+    maker.look({0, 0.9, 0.5}, {0, 0, 0}, 30, {0, 1, 0});
+    TaskRequest request = request_for(4);
+    request.settings.bounces = 0;
+    tbb::task_arena arena(2);
+    const auto done = render_task(maker.build(), request, arena);
+    EXPECT_GT(caught(done->image, unshadowed_R, 0), 0);
+    return static_cast<double>(done->stats.rays) / static_cast<double>(done->stats.samples);
+  };
+  // The camera's, a light sample's with and without what is no catcher, the catcher's own.
+  EXPECT_LE(rays({}, false), 4);
+  EXPECT_LE(rays({}, true), 4);
+  EXPECT_LE(rays(catching, true), 4);
+}
+
 TEST(ShadowCatcher, ThatNoLightReachesHasNoShadow) {
   const auto dark = [](SceneMaker& maker) { maker.description.lights.clear(); };
   EXPECT_EQ(alpha_under(dark), 0);

@@ -28,7 +28,7 @@ struct TaskRequest {
 
 struct TaskStats {
   std::int64_t samples = 0;   ///< pixels times the range
-  std::int64_t rays = 0;      ///< camera, scattered and shadow rays
+  std::int64_t rays = 0;      ///< camera, scattered and shadow rays, whatever each goes through
   std::int64_t rejected = 0;  ///< samples that were NaN or Inf and count as black
   double seconds = 0;         ///< wall clock
   double cpu_seconds = 0;     ///< of the threads that rendered

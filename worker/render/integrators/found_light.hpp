@@ -18,8 +18,8 @@ template <class Rules>
 [[gnu::always_inline]] inline void find_light(Trace& trace, const PathState& path, Rules rules) {
   const Scene& scene = trace.scene;
   PathState along = path;
+  ++trace.rays;
   for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
-    ++trace.rays;
     const accel::Hit hit = scene.intersect(along.ray);
     if (!hit.any()) return rules.add_far(along);
     const Interaction at = surface_at(scene, along.ray, hit);

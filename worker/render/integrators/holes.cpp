@@ -14,8 +14,8 @@ bool catches(const Scene& scene, const Interaction& at) {
 /// The part of light that passes along a shadow ray by catchers, as if nothing else were there.
 float passed_by_catchers(Trace& trace, Ray ray) {
   float passed = 1;
+  ++trace.rays;
   for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
-    ++trace.rays;
     const accel::Hit hit = trace.scene.intersect(ray, ray_mask::shadow);
     if (!hit.any()) return passed;
     const Interaction at = surface_at(trace.scene, ray, hit);

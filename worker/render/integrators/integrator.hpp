@@ -20,7 +20,7 @@ struct Trace {
   int light_samples = 1;         ///< at each hit
   bool aovs = false;             ///< albedo, normal and z are wanted
   bool follow_specular = false;  ///< albedo and normal are those of the first hit that is no delta
-  std::int64_t rays = 0;         ///< of either kind, counted up
+  std::int64_t rays = 0;         ///< counted up; one that goes through surfaces is one
   bool by_lobe = false;          ///< `first` is wanted
   LobeShares first;              ///< of the path's first scattering
   bool coordinates = false;      ///< the first hit's texture coordinates are wanted

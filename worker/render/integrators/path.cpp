@@ -36,11 +36,15 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
 }
 
 /// The next hit. Its face is already on its way into the caches.
-accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
-  ++trace.rays;
-  const accel::Hit hit = trace.scene.intersect(ray, mask);
-  if (hit.any()) prefetch_face(trace.scene.geometry_of(hit), hit.primitive);
+accel::Hit intersect(const Scene& scene, const Ray& ray, accel::Mask mask) {
+  const accel::Hit hit = scene.intersect(ray, mask);
+  if (hit.any()) prefetch_face(scene.geometry_of(hit), hit.primitive);
   return hit;
+}
+/// The same for a ray that sets out.
+accel::Hit trace_ray(Trace& trace, const Ray& ray, accel::Mask mask) {
+  ++trace.rays;
+  return intersect(trace.scene, ray, mask);
 }
 
 }  // namespace
@@ -56,7 +60,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
   PathState path;
   path.ray = ray;
   const FoundWeight weight{trace, path};
-  accel::Hit hit = intersect(trace, path.ray, ray_mask::camera);
+  accel::Hit hit = trace_ray(trace, path.ray, ray_mask::camera);
   for (;;) {
     if (!hit.any()) return see_far(trace, path, weight, record);
     // A large scene's face is not in the caches, and its corners come after its indices: the random
@@ -71,7 +75,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
     if (path.media.size() > 0) absorb(trace, path, at.t);
     if (material.may_pass && passes(trace, sampler, path, at)) {
       if (path.passes == passes_most) return;
-      hit = intersect(trace, path.ray, mask_of(path));
+      hit = intersect(scene, path.ray, mask_of(path));
       continue;
     }
     evaluate(material, scene.textures, at.shading, closure);
@@ -88,7 +92,7 @@ accel::Hit intersect(Trace& trace, const Ray& ray, accel::Mask mask) {
     const bool goes_on = drawn && advance(trace, path, at, drawn, draw[dim::roulette]);
     // The path's next hit comes before the light of this one, so that light is sampled and its
     // shadow ray traced while memory brings the next face.
-    if (goes_on) hit = intersect(trace, path.ray, ray_mask::indirect);
+    if (goes_on) hit = trace_ray(trace, path.ray, ray_mask::indirect);
     if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, here, at, record);
     if (!goes_on) return;
     if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);

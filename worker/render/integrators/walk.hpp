@@ -26,8 +26,8 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
   const auto weight = [&](std::uint32_t light, const LightHit& /*hit*/) {
     return Rules::counts(trace, path, light) ? 1.0F : 0.0F;
   };
+  ++trace.rays;
   for (;;) {
-    ++trace.rays;
     const accel::Hit hit = scene.intersect(path.ray, mask_of(path));
     if (!hit.any()) return see_far(trace, path, weight, record);
     Interaction at = surface_at(scene, path.ray, hit);
@@ -53,6 +53,7 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     scatter(trace, path, at, drawn);
     if (Rules::roulette && !survives(path, draw[dim::roulette])) return;
     if (!set_out(trace, path, at, drawn)) return;
+    ++trace.rays;
     if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
   }
 }
