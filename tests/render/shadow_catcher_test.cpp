@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <ostream>
@@ -121,6 +122,59 @@ TEST_P(ACatcherUnder, LaidOverItsPictureIsThePictureWithAllInIt) {
     sum += error;
   }
   EXPECT_LT(sum / static_cast<double>(image.pixels()), 2e-3);
+}
+
+double luminance(const std::array<double, 3>& color) {
+  return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2];
+}
+double quotient(double shadowed, double open) { return open > 0 ? shadowed / open : 1; }
+
+/// A pixel laid over a background with the colours of its shadow, as scenes/README.md has it.
+std::array<double, 3> laid_over(const image::TileImage& image, std::size_t pixel,
+                                const std::array<double, 3>& background) {
+  std::array<double, 3> shadowed{}, open{}, out{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    shadowed.at(c) = caught(image, static_cast<CaughtChannel>(caught_R + c), pixel);
+    open.at(c) = caught(image, static_cast<CaughtChannel>(unshadowed_R + c), pixel);
+  }
+  const double lit = quotient(luminance(shadowed), luminance(open));
+  const double coverage = caught(image, caught_coverage, pixel);
+  const double of_picture = image.plane(image::A)[pixel] + coverage * (1 - lit);
+  for (std::size_t c = 0; c < 3; ++c)
+    out.at(c) = image.plane(image::R + c)[pixel] +
+                background.at(c) *
+                    ((1 - of_picture) + coverage * (quotient(shadowed.at(c), open.at(c)) - lit));
+  return out;
+}
+
+TEST(ShadowCatcher, LaidOverWithItsColoursShadowsEachByItself) {
+  // The pixel's left half shows the catcher, its lower half a plate that hides no light. A red sun
+  // is behind another plate, a blue one is not, and nothing is green.
+  SceneMaker maker;
+  maker.add(maker.diffuse(0.5), scene::Quad{{-20, 0, 20}, {20, 0, 0}, {0, 0, -40}});
+  maker.description.shapes.back().visibility = catching;
+  maker.add(maker.diffuse(0.5), scene::Quad{{-1, 5, 2}, {2, 0, 0}, {0, 0, -2}});
+  maker.description.shapes.back().visibility = {.shadow = false, .indirect = false};
+  maker.add(maker.diffuse(0.5), scene::Quad{{-5, 2, 3}, {4, 0, 0}, {0, 0, -6}});
+  maker.description.shapes.back().visibility = {.camera = false};
+  maker.description.lights = {{"red", scene::DirectionalLight{{1, -1, 0}, {3, 0, 0}, 0}},
+                              {"blue", scene::DirectionalLight{{-1, -1, 0}, {0, 0, 2}, 0}}};
+  maker.description.film_transparent = true;
+  maker.look({0, 10, 0}, {0, 0, 0}, 0.01, {0, 0, -1});
+  TaskRequest request = request_for(256);
+  request.settings.width = request.settings.height = 1;
+  request.window = {0, 0, 1, 1};
+  const image::TileImage image = taken(maker.build(), request);
+  const double seen = image.plane(image::A)[0], coverage = caught(image, caught_coverage, 0);
+  ASSERT_NEAR(seen, 0.5, 0.1);
+  ASSERT_NEAR(coverage, 0.25, 0.1);
+  const std::array<double, 3> photograph{0.25, 0.5, 2}, shown{0, 1, 1};
+  const std::array<double, 3> over = laid_over(image, 0, photograph);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double behind = 1 - seen - coverage + coverage * shown.at(c);
+    EXPECT_NEAR(over.at(c), image.plane(image::R + c)[0] + photograph.at(c) * behind, 1e-6) << c;
+  }
+  EXPECT_GT(image.plane(image::R)[0], 0.1);
 }
 
 TEST(ShadowCatcher, HasAnEdgeWhereTheSunSaysSo) {
