@@ -91,6 +91,15 @@ MatteNames matte_names(const std::vector<std::string>& aovs, const scene::Scene&
   return fit.names;
 }
 
+/// A threshold does not see what such a picture may be all of.
+void note_unmeasured_shadows(const JobSpec& spec, const scene::Scene& scene,
+                             std::vector<std::string>* notes) {
+  if (notes == nullptr || spec.noise_threshold == 0 || !scene::has_shadow_catchers(scene)) return;
+  notes->emplace_back(
+      "--noise does not measure the noise of shadows on shadow catchers: a picture of these alone "
+      "ends at the first look");
+}
+
 FrameList frames_at_flag(const std::string& text) {
   try {
     return frames_from_text(text);
@@ -212,6 +221,7 @@ JobSpec job_from(const scene::Scene& scene, const JobOptions& options, const Dig
   spec.focus = options.focus;
   if (scene::has_shadow_catchers(scene))
     spec.render.aovs = with_aov(std::move(spec.render.aovs), shadow_catcher_aov);
+  note_unmeasured_shadows(spec, scene, notes);
   try {
     spec.cryptomatte = matte_names(spec.render.aovs, scene, notes);
     if (options.order) spec.order = order_from(*options.order);

@@ -44,6 +44,23 @@ TEST(JobOptions, a_scene_that_catches_shadows_is_given_the_aov_that_they_travel_
   EXPECT_EQ(aovs_of(options), (Names{"P", "shadow_catcher"}));
 }
 
+TEST(JobOptions, who_ends_shadow_catchers_by_their_noise_is_told_that_it_is_not_measured) {
+  scene::Scene scene = scene_of();
+  scene.shapes.emplace_back();
+  const auto notes_of = [&](const JobOptions& options) {
+    std::vector<std::string> notes;
+    job_from(scene, options, Digest{}, &notes);
+    return notes;
+  };
+  JobOptions by_noise;
+  by_noise.noise_threshold = 0.01;
+  EXPECT_TRUE(notes_of(by_noise).empty());
+  scene.shapes.back().visibility.shadow_catcher = true;
+  EXPECT_TRUE(notes_of({}).empty());
+  ASSERT_EQ(notes_of(by_noise).size(), 1U);
+  EXPECT_EQ(notes_of(by_noise)[0].find("--noise does not measure"), 0U);
+}
+
 TEST(JobOptions, a_crop_lies_within_the_film_and_a_focus_within_the_crop) {
   const auto refused_at = [](const JobOptions& options) {
     try {
