@@ -124,6 +124,23 @@ TEST(Aov, IsRefusedByASceneThatWasBuiltWithoutWhatItLooksAt) {
   }
 }
 
+TEST(Aov, ASceneThatIsBuiltForMoreShowsTheSame) {
+  SceneMaker maker;
+  const std::uint32_t gray = maker.diffuse(0.5);
+  scene::Mesh mapped = ball(1, true);
+  for (const auto& p : mapped.positions) mapped.uvs.push_back({p[0], p[1]});
+  maker.add(gray, std::move(mapped)).add(gray, ball(1, false), translate(1.5, 0, 0));
+  maker.environment(1).look({0, 0.5, 6}, {0.5, 0, 0}, 25);
+  const TaskRequest request = request_of({.side = 16, .samples = 4, .bounces = 3}, 1);
+  const auto built = [&](bool coordinates) {
+    tbb::task_arena arena(1);
+    const Scene scene = worker::build_scene(scene::Scene(maker.description), accel::Device(), {},
+                                            {.coordinates = coordinates});
+    return render_task(scene, request, arena)->image.values;
+  };
+  EXPECT_EQ(built(false), built(true));
+}
+
 /// Ids with their shares of the samples, as the slots have them.
 std::map<float, float> matte(const Seen& seen, const std::string& layer) {
   std::map<float, float> out;

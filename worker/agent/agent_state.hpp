@@ -91,6 +91,8 @@ class AgentState {
   // ---- what was done ----
   void prepare_progress(double fraction) { prepare_fraction_ = fraction; }
   void cache_is(const wire::CacheUse& use) { cache_ = use; }
+  /// It also takes the place of those of its bundle that serve fewer jobs: the tasks that render
+  /// from one are the last to hold it.
   void prepared(std::shared_ptr<const PreparedScene> scene);
   /// Given up because it was unwanted; or wanted again meanwhile: then it is begun anew.
   void prepare_stopped();
@@ -123,6 +125,12 @@ class AgentState {
         false;  ///< preparing, or ready once the scene is there, was said on this connection
     std::size_t queued = 0, running = 0;  ///< leases
     std::uint64_t used = 0;               ///< grows; the least was used longest ago
+
+    [[nodiscard]] bool idle() const { return queued == 0 && running == 0; }
+    void let_go() {
+      scene.reset();
+      announced = false;
+    }
   };
   struct Held {
     LeaseId lease;
@@ -148,6 +156,11 @@ class AgentState {
   void release_parked(const TaskKey& task, bool drop);
   void end_running(const LeaseId& lease);
   [[nodiscard]] bool wanted(const JobKey& key) const;
+  /// Those whose scene is of the same bundle, but was built for jobs that look at less.
+  [[nodiscard]] std::vector<Job*> jobs_with_less_than(const JobPlan& plan);
+  /// Before a scene is built that keeps more: lets go of those whose place it will take and that no
+  /// lease needs, so that there is memory for one.
+  void make_room_for(const JobPlan& plan);
   void trim_scenes();
   void fail_job(const JobKey& key, const std::string& code, const std::string& reason);
 

@@ -2,26 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include "tests/unit/agent/fakes.hpp"
 
 namespace tessera::agent {
 namespace {
 
-/// Serves jobs that do not ask for UV, or all.
-class SomeScene : public PreparedScene {
- public:
-  explicit SomeScene(bool coordinates) : coordinates_(coordinates) {}
-  bool serves(const RenderSettings& settings) const override {
-    const auto& aovs = settings.aovs;
-    return coordinates_ || std::find(aovs.begin(), aovs.end(), "UV") == aovs.end();
-  }
-
- private:
-  bool coordinates_;
-};
-
 std::shared_ptr<const PreparedScene> some_scene(bool coordinates) {
-  return std::make_shared<const SomeScene>(coordinates);
+  return std::make_shared<const FakeScene>(coordinates);
 }
 
 RenderSettings asking_for(const char* aov) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -27,9 +28,17 @@ inline JobSpec test_spec(const Digest& bundle = digest_of("bundle"), int tile = 
   return spec;
 }
 
+/// Serves all jobs, or those that do not ask for UV.
 class FakeScene : public PreparedScene {
  public:
-  bool serves(const RenderSettings&) const override { return true; }
+  explicit FakeScene(bool coordinates = true) : coordinates_(coordinates) {}
+  bool serves(const RenderSettings& settings) const override {
+    const auto& aovs = settings.aovs;
+    return coordinates_ || std::find(aovs.begin(), aovs.end(), "UV") == aovs.end();
+  }
+
+ private:
+  bool coordinates_;
 };
 
 /// Tiles of zeros, as slowly as asked. While `hold` is set, renders wait for it or for their stop.
