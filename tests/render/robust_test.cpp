@@ -126,5 +126,66 @@ TEST(Robust, NoLightLeaksIntoAClosedBox) {
   EXPECT_LT(sum / static_cast<double>(done.image.pixels()), 1000 * 1e-6);
 }
 
+/// A lamp 2×2 above a floor, of two triangles or as a quad, which stands `away` from its object's
+/// origin. Instances put it back, one unit and `lift` above the floor.
+struct PutBack {
+  double away = 0, lift = 0;
+  bool of_triangles = false;
+  bool anchored = false;  ///< something small of the object is at its origin
+
+  [[nodiscard]] scene::Shape lamp(std::uint32_t material) const {
+    const double x = away, y = 1 - 0.7 * away, z = 0.3 * away;
+    scene::Shape lamp;
+    lamp.material = material;
+    lamp.geometry = scene::Quad{{x - 1, y, z - 1}, {2, 0, 0}, {0, 0, 2}};
+    if (!of_triangles) return lamp;
+    scene::Mesh mesh;
+    for (const auto& [u, v] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+      mesh.positions.push_back(
+          {static_cast<float>(x + u), static_cast<float>(y), static_cast<float>(z + v)});
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    lamp.geometry = std::move(mesh);
+    return lamp;
+  }
+  /// What the floor sends back.
+  [[nodiscard]] Estimate measured() const {
+    SceneMaker maker = floor_scene();
+    scene::Object object{"lamp", {lamp(maker.emitter(1))}};
+    if (anchored) {
+      scene::Shape anchor;
+      anchor.geometry = scene::Sphere{{0, 0, 0}, 1e-3};
+      object.shapes.push_back(std::move(anchor));
+    }
+    maker.description.objects = {std::move(object)};
+    const auto back = [&](double up) { return translate(-away, 0.7 * away + up, -0.3 * away); };
+    maker.description.instances = {{0, back(lift)}, {0, back(-9)}};  // one where nobody looks
+    const Scene scene = maker.build();
+    EXPECT_EQ(scene.lights.size(), 2U);
+    return measure(scene, {4, 64});
+  }
+};
+
+void expect_as_near(const PutBack& far, double precision) {
+  PutBack near = far;
+  near.away = 0;
+  near.anchored = false;
+  EXPECT_NEAR(far.measured().mean / near.measured().mean, 1, precision)
+      << far.away << " away, lifted by " << far.lift << (far.of_triangles ? ", triangles" : "");
+}
+
+TEST(Robust, ALampFarFromItsObjectsOriginIsNotHiddenByItself) {
+  for (const bool of_triangles : {false, true})
+    for (const double away : {30.0, 1e3, 1e4, 1e5, 1e6})
+      for (const double lift : {0.0002, 0.0013, 0.003, 0.02, 0.05})
+        expect_as_near({away, lift, of_triangles, false}, 1e-6);
+}
+
+TEST(Robust, NorIsOneOfAnObjectThatReachesAsFar) {
+  for (const bool of_triangles : {false, true})
+    for (const double away : {30.0, 1e3, 1e4, 1e5})
+      for (const double lift : {0.0002, 0.0013, 0.003, 0.02, 0.05})
+        expect_as_near({away, lift, of_triangles, true}, 1e-3);
+}
+
 }  // namespace
 }  // namespace tessera::render::proof

@@ -88,15 +88,8 @@ Vec3 normal_to_world(const Placement& placement, const Vec3& n) {
 
 /// From the group's space to the world.
 void place(const Placement& placement, Local& local) {
-  const accel::Affine& m = placement.to_world;
-  const Vec3 e = local.extent;
   local.p = placement.point_to_world(local.p);
-  const auto row = [&](std::size_t i) {
-    return (std::abs(m[i]) * e.x + std::abs(m[i + 1]) * e.y + std::abs(m[i + 2]) * e.z +
-            std::abs(m[i + 3])) *
-           placement.error_scale;
-  };
-  local.extent = {row(0), row(4), row(8)};
+  local.extent = placement.extent_to_world(local.extent);
   local.normal = normal_to_world(placement, local.normal);
   local.shading_normal = normal_to_world(placement, local.shading_normal);
 }

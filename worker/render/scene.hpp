@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -91,6 +92,17 @@ struct Placement {
     return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
             m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
             m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+  }
+  /// How large the numbers are from which points of a face come to stand in the world: of those of
+  /// the group's space, `e` along each axis, and of the way there and back.
+  [[nodiscard]] Vec3 extent_to_world(const Vec3& e) const {
+    const accel::Affine& m = to_world;
+    const auto row = [&](std::size_t i) {
+      return (std::abs(m[i]) * e.x + std::abs(m[i + 1]) * e.y + std::abs(m[i + 2]) * e.z +
+              std::abs(m[i + 3])) *
+             error_scale;
+    };
+    return {row(0), row(4), row(8)};
   }
 };
 

@@ -51,6 +51,15 @@ scene::Transform relative_to(const scene::Transform& t, const std::array<double,
   return out;
 }
 
+scene::Transform from_origin(const scene::Transform& t, const std::array<double, 3>& origin) {
+  const Vec3d shift = times_point(t, {origin[0], origin[1], origin[2]});
+  scene::Transform out = t;
+  out.m[3] = shift.x;
+  out.m[7] = shift.y;
+  out.m[11] = shift.z;
+  return out;
+}
+
 double error_growth(const Matrix3& m, const Matrix3& inverse_of_m) {
   double most = 1;
   for (std::size_t row = 0; row < 3; ++row) {

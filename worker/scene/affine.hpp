@@ -22,6 +22,8 @@ render::Vec3d times_point(const scene::Transform& t, const render::Vec3d& p);
 
 /// `t` and then minus `origin`.
 scene::Transform relative_to(const scene::Transform& t, const std::array<double, 3>& origin);
+/// `t` of what was moved by minus `origin`: puts it where `t` alone would have.
+scene::Transform from_origin(const scene::Transform& t, const std::array<double, 3>& origin);
 /// How much going there and back enlarges rounding errors: the greatest row sum of |M|·|M⁻¹|, at
 /// least 1.
 double error_growth(const Matrix3& m, const Matrix3& inverse_of_m);

@@ -142,13 +142,17 @@ Arrangement arrange(scene::Scene& description, std::span<const render::CompiledM
   return out;
 }
 
-Extent extent_of(const Arrangement& arrangement) {
+std::vector<Extent> extents_of_groups(const Arrangement& arrangement) {
   std::vector<Extent> of_group;
   for (const std::vector<PlacedShape>& group : arrangement.groups) {
     Extent extent = nothing;
     for (const PlacedShape& placed : group) grow_by_shape(extent, placed);
     of_group.push_back(extent);
   }
+  return of_group;
+}
+
+Extent extent_of(const Arrangement& arrangement, std::span<const Extent> of_group) {
   Extent all = of_group[0];
   for (const Arrangement::Placed& placed : arrangement.placed) {
     if (!of_group[placed.group].empty()) {

@@ -45,7 +45,9 @@ struct Extent {
   std::array<double, 3> low, high;
   [[nodiscard]] bool empty() const { return !(low[0] <= high[0]); }
 };
-/// Of all that is placed, in the world.
-Extent extent_of(const Arrangement& arrangement);
+/// Of each group, in its own space.
+std::vector<Extent> extents_of_groups(const Arrangement& arrangement);
+/// Of all that is placed, in the world; `of_group` is what extents_of_groups() says.
+Extent extent_of(const Arrangement& arrangement, std::span<const Extent> of_group);
 
 }  // namespace tessera::worker

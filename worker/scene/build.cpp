@@ -51,7 +51,7 @@ class GroupNumbers {
   std::map<std::string, std::uint16_t> numbers_;
 };
 
-/// 0, unless the scene stands so far off that float would be coarse there.
+/// 0, unless what has this extent stands so far off that float would be coarse there.
 std::array<double, 3> origin_for(const Extent& extent) {
   if (extent.empty()) return {};
   double far = 0, reach = 0;
@@ -161,7 +161,8 @@ void place_groups(const Arrangement& arrangement, const std::vector<MergedGroup>
   out.placements[0].first_light =
       add_lights(merged[0], out.materials, scene::Transform{}, render::no_id, lights);
   for (const Arrangement::Placed& placed : arrangement.placed) {
-    const scene::Transform to_world = relative_to(placed.to_world, out.origin);
+    const scene::Transform to_world =
+        relative_to(from_origin(placed.to_world, merged[placed.group].origin), out.origin);
     const auto instance =
         out.world_geometries + static_cast<std::uint32_t>(out.placements.size() - 1);
     out.placements.push_back(
@@ -213,15 +214,15 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
   Arrangement arrangement = arrange(from, out.materials, objects);
   // There may be millions, and they stand in the arrangement.
   from.instances = std::vector<scene::Instance>();
-  const Extent extent = extent_of(arrangement);
+  const std::vector<Extent> of_group = extents_of_groups(arrangement);
+  const Extent extent = extent_of(arrangement, of_group);
   out.origin = origin_for(extent);
   out.bounds = bounds_of(extent, out.origin);
 
   std::vector<MergedGroup> merged;
   for (std::size_t i = 0; i < arrangement.groups.size(); ++i) {
-    const bool world = i == 0;
     merged.push_back(merge(arrangement.groups[i], out.materials, out.textures,
-                           world ? out.origin : std::array<double, 3>{}, needs.coordinates));
+                           i == 0 ? out.origin : origin_for(of_group[i]), needs.coordinates));
   }
   // Embree takes its memory from the system, and would not find what meshes left here.
   malloc_trim(0);
@@ -240,10 +241,10 @@ render::Scene build_scene(scene::Scene&& description, const accel::Device& devic
     lights.push_back(punctual_light(light, out.origin, out.bounds));
     lights.back().group = group_of(light.light_group);
   }
-  for (const render::Light& light : lights) out.light_errors.push_back(rounding_error(light));
+  for (MergedGroup& one : merged) out.groups.push_back(std::move(one.group));
+  for (const render::Light& light : lights) out.light_errors.push_back(rounding_error(light, out));
   out.lights = render::LightTable(std::move(lights));
 
-  for (MergedGroup& one : merged) out.groups.push_back(std::move(one.group));
   out.film_transparent = from.film_transparent;
   note_visibility(out);
   build_hierarchies(out, progress);

@@ -15,6 +15,36 @@ namespace {
 using render::Vec3;
 using render::Vec3d;
 
+/// Of the larger size, along each axis.
+Vec3 larger(const Vec3& a, const Vec3& b) {
+  return {std::max(std::abs(a.x), std::abs(b.x)), std::max(std::abs(a.y), std::abs(b.y)),
+          std::max(std::abs(a.z), std::abs(b.z))};
+}
+
+/// The largest coordinates of a face that emits, and of the next where both are one light.
+Vec3 extent_of_emitter(const render::Geometry& geometry, std::uint32_t face) {
+  Vec3 out;
+  const auto grow_by = [&](const auto& corners) {
+    for (const std::uint32_t vertex : corners) {
+      const accel::Point& p = geometry.positions[vertex];
+      out = larger(out, {p[0], p[1], p[2]});
+    }
+  };
+  if (geometry.kind == render::GeometryKind::spheres) {
+    const accel::Sphere& sphere = geometry.spheres[face];
+    const Vec3 reach{sphere.radius, sphere.radius, sphere.radius};
+    return larger({sphere.center[0], sphere.center[1], sphere.center[2]}, {}) + reach;
+  }
+  if (geometry.kind == render::GeometryKind::quads) {
+    grow_by(geometry.quads[face]);
+    return out;
+  }
+  grow_by(geometry.triangles[face]);
+  if (face + 1 < geometry.faces() && geometry.emitters[face + 1] == geometry.emitters[face])
+    grow_by(geometry.triangles[face + 1]);
+  return out;
+}
+
 class LightMaker {
  public:
   explicit LightMaker(const scene::Transform& to_world)
@@ -136,14 +166,18 @@ render::Light punctual_light(const scene::PunctualLight& light, const std::array
   return out;
 }
 
-float rounding_error(const render::Light& light) {
+float rounding_error(const render::Light& light, const render::Scene& scene) {
   const render::Bounds3 bounds = render::bounds(light);
   if (bounds.empty()) return 0;
-  float most = 0;
-  for (const Vec3& p : {bounds.low, bounds.high}) {
-    most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  Vec3 most = larger(bounds.low, bounds.high);
+  if (light.instance != render::no_id) {
+    const render::Placement& placement =
+        scene.placements[light.instance - scene.world_geometries + 1];
+    const render::Group& group = scene.groups[placement.group];
+    const Vec3 own = extent_of_emitter(group.geometries[light.geometry], light.primitive);
+    most = larger(most, placement.extent_to_world(own));
   }
-  return most * 0x1p-20F;
+  return std::max({most.x, most.y, most.z}) * 0x1p-20F;
 }
 
 }  // namespace tessera::worker

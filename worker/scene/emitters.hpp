@@ -20,7 +20,9 @@ std::uint32_t add_lights(const MergedGroup& group,
 render::Light punctual_light(const scene::PunctualLight& light, const std::array<double, 3>& origin,
                              const render::Bounds3& bounds);
 
-/// A bound of the rounding error of a light's points.
-float rounding_error(const render::Light& light);
+/// A bound of the rounding error of a light's points, for itself and for rays that meet it: those
+/// are brought into the space of its group, where it may stand far off. The scene has its groups
+/// and placements.
+float rounding_error(const render::Light& light, const render::Scene& scene);
 
 }  // namespace tessera::worker

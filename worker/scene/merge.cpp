@@ -229,6 +229,7 @@ MergedGroup merge(std::span<const PlacedShape> shapes,
     part_for_tangents(*placed.shape, details_of(*placed.shape, wants));
   }
   MergedGroup out;
+  out.origin = origin;
   for (const Bin& bin : sort_into_bins(shapes, materials)) {
     Geometry geometry = Filler(bin, origin, all_coordinates).take();
     if (bin.emits) {

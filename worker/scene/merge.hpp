@@ -20,6 +20,7 @@ struct EmittingFace {
 struct MergedGroup {
   render::Group group;
   std::vector<EmittingFace> emitters;  ///< in the order of Geometry::emitters
+  std::array<double, 3> origin{};      ///< what was subtracted from its positions
 };
 
 /// Copies the shapes into as few geometries as their kinds and flags allow, in double relative to

@@ -34,6 +34,17 @@ TEST(Affine, OnlySimilaritiesHaveAUniformScale) {
   EXPECT_FALSE(scene::uniform_scale({{1, 0, 0, 0, 0, 1.001, 0, 0, 0, 0, 1, 0}}));
 }
 
+TEST(Affine, WhatWasMovedByMinusAnOriginIsPutWhereItWouldHaveBeen) {
+  const std::array<double, 3> origin{1e9, -5, 2e8};
+  const render::Vec3d p{0.25, 3, -1};
+  const render::Vec3d plain = times_point(skewed, p + render::Vec3d{1e9, -5, 2e8});
+  const render::Vec3d moved = times_point(from_origin(skewed, origin), p);
+  EXPECT_NEAR(moved.x, plain.x, 1e-5);
+  EXPECT_NEAR(moved.y, plain.y, 1e-5);
+  EXPECT_NEAR(moved.z, plain.z, 1e-5);
+  EXPECT_EQ(from_origin(skewed, {}).m, skewed.m);
+}
+
 TEST(Affine, ErrorGrowthIsOneForTurnsOfAxesAndLargeForFlatThings) {
   const Matrix3 flat{1, 0, 0, 0, 1e-3, 1, 0, 0, 1};
   EXPECT_DOUBLE_EQ(

@@ -228,6 +228,23 @@ TEST(Build, AFarSceneIsMovedToWhereFloatIsFine) {
   EXPECT_EQ(built(std::move(near)).origin, (std::array<double, 3>{}));
 }
 
+TEST(Build, AnObjectFarFromItsOwnOriginIsMovedToWhereFloatIsFine) {
+  scene::Scene scene = empty_scene();
+  // A float's step is 64 there.
+  scene.objects = {{"far", {shape_of(scene::Sphere{{1e9, 3, -2e9}, 0.75}, 0)}}};
+  const scene::Transform half_turned{{0, -2, 0, 6, 2, 0, 0, 11 - 2e9, 0, 0, 2, 4e9}};
+  scene.instances = {{0, moved(-1e9, -3, 2e9)}, {0, half_turned}};
+  const render::Scene out = built(std::move(scene));
+  ASSERT_EQ(out.groups.size(), 2U);
+  const accel::Sphere& kept = out.groups[1].geometries[0].spheres[0];
+  for (const float x : kept.center) EXPECT_EQ(x, 0);
+  const render::Interaction first = looked_at(out, {0.25F, 0, 9}, {0, 0, -1});
+  EXPECT_NEAR(first.p.z, std::sqrt(0.5), 1e-6);
+  EXPECT_LT(first.error, 1e-5);
+  const render::Interaction second = looked_at(out, {0, 11, 9}, {0, 0, -1});
+  EXPECT_NEAR(second.p.z, 1.5, 1e-6);
+}
+
 TEST(Build, ASceneOfNothingShowsItsEnvironment) {
   scene::Scene scene = empty_scene();
   scene.environment = scene::Environment{{2, 2, 2}};
