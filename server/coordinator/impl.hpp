@@ -101,7 +101,7 @@ class CoordinatorImpl : public Coordinator {
 
   // ---- impl.cpp ----
   void restore_job(const JobRecord& record);
-  /// Gives scheduler and films what is kept of a job that they do not know yet.
+  /// Gives films and scheduler what is kept of a job that they do not know yet.
   void take_in(Job& job, const JobContent& content);
   /// The films' part of that. `also_written`: of frames too that have a file.
   std::map<std::int32_t, FrameFilm*> restore_films(const Job& job, const JobContent& content,

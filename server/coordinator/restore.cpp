@@ -108,6 +108,8 @@ std::map<std::int32_t, FrameFilm*> CoordinatorImpl::restore_films(const Job& job
 
 void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
   const JobId id = job.record.id;
+  // First, for what the scheduler wants done of what it is told is begun at once.
+  const std::map<std::int32_t, FrameFilm*> films = restore_films(job, content, false);
   for (const Tally& tally : content.tallies)
     job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
               tally.worker_build);
@@ -119,7 +121,6 @@ void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
         perform(scheduler_.tile_folded(id, checkpoint.frame, tile.tile, tile.passes, now()));
   for (const auto& [task, place] : content.results) scheduler_.restore_closed(id, task);
   if (job.build) scheduler_.restore_build(id, *job.build);
-  const std::map<std::int32_t, FrameFilm*> films = restore_films(job, content, false);
   // What is durable in order counts as folded from the start, so that work is handed out at once;
   // the sums are read back when they are needed.
   for (const auto& [frame, film] : films)
