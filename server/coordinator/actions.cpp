@@ -1,6 +1,6 @@
 #include "common/base/log.hpp"
 #include "server/coordinator/impl.hpp"
-#include "server/coordinator/noise_look.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 /// What the scheduler wants done, done.
 namespace tessera::server {
@@ -90,11 +90,24 @@ void CoordinatorImpl::perform_one(const FrameShortened& shortened) {
 }
 
 void CoordinatorImpl::perform_one(const MeasureNoise& asked) {
-  const std::function<void(double)> tell = [this, asked](double noise) {
+  const Job* job = find(asked.job);
+  if (!job) return;
+  const std::int64_t pixels = job->plan->grid.window().pixels();
+  NoiseLook look;
+  look.job = asked.job;
+  look.frame = asked.frame;
+  look.bytes = film_bytes(pixels, *image::layout_of(job->plan->spec.render.aovs)) +
+               noise_bytes * static_cast<std::uint64_t>(pixels);
+  // A job that goes on to more samples asks for itself.
+  look.wanted = [this, asked, plan = job->plan->digest] {
+    const Job* still = find(asked.job);
+    return still && !still->ending && !still->ended && !still->broken &&
+           still->plan->digest == plan;
+  };
+  look.tell = [this, asked](double noise) {
     perform(scheduler_.noise_measured(asked.job, asked.frame, asked.passes, noise, now()));
   };
-  crew_.start("a look at a frame's noise",
-              look_at_noise(films_, pool_, asked.job, asked.frame, tell));
+  crew_.start("a look at a frame's noise", noise_looks_.look(std::move(look)));
 }
 
 void CoordinatorImpl::perform_one(const JobFinished& finished) {

@@ -85,6 +85,7 @@ CoordinatorImpl::CoordinatorImpl(boost::asio::any_io_executor io, CoordinatorSet
            },
            [this](JobId job, const std::string& reason) { fail_job(job, reason); },
            [this] { hold_or_release(); }}),
+      noise_looks_(films_, whole_films_, files_changed_, crew_, pool_),
       results_(io_, pool_, settings_.pool_threads, crew_,
                [this](std::vector<ArrivedResult>& group) {
                  std::vector<NewResult> batch;

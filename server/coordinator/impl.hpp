@@ -20,6 +20,7 @@
 #include "server/coordinator/frame_throttle.hpp"
 #include "server/coordinator/job_content.hpp"
 #include "server/coordinator/job_table.hpp"
+#include "server/coordinator/noise_look.hpp"
 #include "server/coordinator/offload.hpp"
 #include "server/coordinator/picture_cache.hpp"
 #include "server/coordinator/quarantine_table.hpp"
@@ -326,6 +327,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::thread_pool upkeep_;       ///< one thread
   std::atomic<bool> stopped_{false};      ///< for what is long on other threads
   Films films_;
+  NoiseLooks noise_looks_;
   ResultPipeline results_;
   std::shared_ptr<const char> alive_ = std::make_shared<const char>();  ///< as long as this is
 };

@@ -7,7 +7,7 @@
 #include "server/coordinator/crew.hpp"
 #include "server/film/film.hpp"
 
-/// Memory for films that are held whole while they are written: the frames of many jobs may end at
+/// Memory for films that are held whole while they are written or looked at: many frames may end at
 /// once. Used on the I/O thread alone.
 namespace tessera::server {
 

@@ -14,6 +14,7 @@ constexpr double background = 0.1;  ///< of the film's mean light, added to each
 struct Pixel {
   double error, light;
 };
+static_assert(noise_bytes == sizeof(Pixel) + sizeof(double));
 
 /// False if its pixels have too few samples to tell.
 bool append(const FilmTile* tile, std::vector<Pixel>& out) {

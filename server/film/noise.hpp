@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+
 #include "server/film/film.hpp"
 
 namespace tessera::server {
@@ -12,5 +14,7 @@ namespace tessera::server {
 /// √n. Samples are taken for independent; those of Sobol' points are better than that, so the
 /// picture is, too. Infinite where a pixel has fewer than two samples.
 double noise_of(const FilmSnapshot& film);
+/// Memory that this takes meanwhile, bytes of a pixel.
+inline constexpr std::size_t noise_bytes = 24;
 
 }  // namespace tessera::server

@@ -1,5 +1,9 @@
 // Frames that end by their noise, in a coordinator whose disk refuses something at the wrong time.
+#include <boost/asio/post.hpp>
+
+#include "server/film/film_tile_bytes.hpp"
 #include "server/store/database.hpp"
+#include "server/store/store.hpp"
 #include "tests/unit/session/farm.hpp"
 
 namespace tessera::server {
@@ -19,6 +23,34 @@ class FramesByNoise : public testing::Test {
     spec.noise_threshold = threshold;
     spec.frames = {1, frames, 1};
     return spec;
+  }
+  void submit(const JobSpec& spec) {
+    const auto scenario = [&]() -> awaitable<void> {
+      id = co_await farm.coordinator->submit(spec);
+    };
+    farm.run(scenario());
+  }
+  /// What the store is to hold at the next start: so many passes of every frame.
+  void halt_and_keep(const JobSpec& spec, std::uint32_t passes) {
+    farm.run(farm.halt());
+    farm.io.reset();
+    StoreSettings settings;
+    settings.durable = false;
+    const auto store = Store::open(farm.data, settings);
+    const JobPlan plan(spec);
+    for (std::uint32_t index = 0; index < spec.frames.count(); ++index)
+      for (std::uint32_t pass = 0; pass < passes; ++pass) {
+        const TaskId task{spec.frames.number(index), 0, pass};
+        const std::vector<std::byte> exr = image::encode_tile(synthetic_tile(plan, task));
+        NewResult result;
+        result.info.job = id;
+        result.info.plan = plan.digest;
+        result.info.task = task;
+        result.info.identity = std::string(32, 'a');
+        result.info.samples = plan.grid.tile(0).pixels() * plan.passes.pass(pass).count;
+        result.exr = exr;
+        store->append_results(std::span(&result, 1));
+      }
   }
   [[nodiscard]] bool done() const { return farm.done(id); }
   [[nodiscard]] Database database() const {
@@ -65,6 +97,33 @@ TEST_F(FramesByNoise, AreLookedAtAfterAnExtensionThatTheDiskRefused) {
     EXPECT_EQ(difference_from_straight_fold(farm, spec, id), std::nullopt);
   };
   farm.run(scenario());
+}
+
+TEST_F(FramesByNoise, AreLookedAtFilmByFilmWhereMemoryIsShortAfterAStart) {
+  constexpr std::int32_t frames = 12;
+  const JobSpec spec = watched(1e-9, 20, frames);
+  const std::uint64_t film = film_bytes(48 * 32, *image::default_layout());
+  submit(spec);
+  // Every frame has just the passes that its noise is looked at after.
+  halt_and_keep(spec, 3);
+  farm.film_memory = 2 * film;
+  farm.start();
+  std::uint64_t most = 0;
+  const auto scenario = [&]() -> awaitable<void> {
+    // Time enough for the looks; what workers bring comes on top as it is folded.
+    const Instant end = std::chrono::steady_clock::now() + std::chrono::milliseconds(300);
+    while (std::chrono::steady_clock::now() < end) {
+      most = std::max(most, farm.coordinator->storage().films);
+      co_await boost::asio::post(*farm.io, boost::asio::use_awaitable);
+    }
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return done(); });
+    EXPECT_EQ(worker.accepted, static_cast<std::size_t>(frames)) << "the last pass of each";
+    EXPECT_EQ(difference_from_straight_fold(farm, spec, id, frames), std::nullopt);
+  };
+  farm.run(scenario());
+  EXPECT_GT(most, 0U);
+  EXPECT_LE(most, farm.film_memory + film) << "one that is looked at stays";
 }
 
 }  // namespace
