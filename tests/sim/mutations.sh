@@ -93,6 +93,13 @@ mutation cut-below-what-is-folded server/schedule/time_limit.cpp \
   's/job\.tasks\.cut\(frame, offered\)/job.tasks.cut(frame, std::max(1U, offered - 1))/' sim
 mutation passes-offered-too-early server/schedule/time_limit.cpp \
   's/ - twice >= offered/ - 0 * twice >= offered/' sim
+# ---- ends by noise ----
+mutation noise-end-forgotten-at-the-start server/schedule/jobs.cpp \
+  's/^  entry->tasks\.cut\(frame, passes\);$//' sim
+mutation another-frame-ended server/schedule/noise_stop.cpp \
+  's/state_->cut\(\*owner, frame, actions\)/state_->cut(*owner, owner->plan().spec.frames.first(), actions)/' sim
+mutation look-that-found-noise-forgotten server/schedule/noise_stop.cpp \
+  's/^    owner->looks\[frame\]\.too_high = passes;$//' sim
 # ---- the journal and the database ----
 mutation acknowledged-before-the-commit server/store/store.cpp \
   's/^    state_->index\.add_results\(batch, places\);$/    if (places.front().offset % 3 != 1) state_->index.add_results(batch, places);/' store

@@ -30,8 +30,10 @@ class FramesByNoise : public testing::Test {
     };
     farm.run(scenario());
   }
-  /// What the store is to hold at the next start: so many passes of every frame.
-  void halt_and_keep(const JobSpec& spec, std::uint32_t passes) {
+  /// What the store is to hold at the next start: so many passes of every frame, and more.
+  void halt_and_keep(
+      const JobSpec& spec, std::uint32_t passes,
+      const std::function<void(Store&)>& more = [](Store&) {}) {
     farm.run(farm.halt());
     farm.io.reset();
     StoreSettings settings;
@@ -51,6 +53,7 @@ class FramesByNoise : public testing::Test {
         result.exr = exr;
         store->append_results(std::span(&result, 1));
       }
+    more(*store);
   }
   [[nodiscard]] bool done() const { return farm.done(id); }
   [[nodiscard]] Database database() const {
@@ -124,6 +127,25 @@ TEST_F(FramesByNoise, AreLookedAtFilmByFilmWhereMemoryIsShortAfterAStart) {
   farm.run(scenario());
   EXPECT_GT(most, 0U);
   EXPECT_LE(most, farm.film_memory + film) << "one that is looked at stays";
+}
+
+TEST_F(FramesByNoise, HaveNoPictureBeforeTheirEndIsKept) {
+  const auto ends = [&] { return database().integer("SELECT count(*) FROM shortened_frames"); };
+  refuse("INSERT ON shortened_frames");
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(watched(10, 320, 2));
+    co_await worker.work([&] { return worker.accepted == 2 * 3; });
+    co_await worker.work([&, looks = 0]() mutable { return ++looks > 25; });  // some tries
+    for (const int frame : {1, 2})
+      EXPECT_FALSE(std::filesystem::exists(farm.final_file(id, frame)));
+    EXPECT_EQ(farm.coordinator->job(id)->frames_done, 0U);
+    allow();
+    co_await worker.work([&] { return done(); });
+    EXPECT_EQ(ends(), 2);
+    for (const int frame : {1, 2}) EXPECT_EQ(farm.coordinator->samples(id, frame), 16);
+  };
+  farm.run(scenario());
 }
 
 }  // namespace
