@@ -83,7 +83,11 @@ void CoordinatorImpl::perform_one(const FrameShortened& shortened) {
   if (!job || job->ended) return;
   const auto& [id, frame, samples] = shortened;
   const auto [known, fresh] = job->record.shortened_frames.emplace(frame, samples);
-  if (!fresh) return;  // read back at the start
+  if (!fresh && known->second == samples) return;  // read back at the start
+  if (!fresh)
+    log::error("job {} frame {}: it was kept to have ended with {} samples", id, frame,
+               known->second);
+  known->second = samples;
   log::info("job {} frame {}: its noise is low enough; it ends with {} of {} samples", id, frame,
             samples, job->record.spec.render.samples);
   job->shortened_unsaved.insert(frame);

@@ -108,13 +108,21 @@ std::map<std::int32_t, FrameFilm*> CoordinatorImpl::restore_films(const Job& job
 
 void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
   const JobId id = job.record.id;
-  // First, for what the scheduler wants done of what it is told is begun at once.
+  std::erase_if(job.record.shortened_frames, [&](const auto& end) {
+    const auto& [frame, samples] = end;
+    if (scheduler_.restore_shortened(id, frame, samples)) return false;
+    log::error(
+        "job {} frame {}: it is kept to have ended by its noise with {} samples, where it "
+        "cannot: it goes on",
+        id, frame, samples);
+    job.files.erase(frame);
+    return true;
+  });
+  // Before it is told of passes: what it wants done then is begun at once.
   const std::map<std::int32_t, FrameFilm*> films = restore_films(job, content, false);
   for (const Tally& tally : content.tallies)
     job.count(tally.worker_name, tally.samples, tally.rays, tally.rejected, tally.cpu_seconds,
               tally.worker_build);
-  for (const auto& [frame, samples] : job.record.shortened_frames)
-    scheduler_.restore_shortened(id, frame, samples);
   for (const Checkpoint& checkpoint : content.checkpoints)
     if (!job.files.contains(checkpoint.frame))
       for (const CheckpointTile& tile : checkpoint.tiles)

@@ -103,15 +103,16 @@ void Scheduler::restore_closed(JobId job, const TaskId& task) {
   if (entry->tasks.close(task)) entry->left.closed(task.tile, entry->tasks.samples(task));
 }
 
-void Scheduler::restore_shortened(JobId job, std::int32_t frame, std::int64_t samples) {
+bool Scheduler::restore_shortened(JobId job, std::int32_t frame, std::int64_t samples) {
   JobEntry* entry = state_->live_job(job);
-  if (entry == nullptr || !entry->plan().spec.frames.contains(frame)) return;
+  if (entry == nullptr || !entry->plan().spec.frames.contains(frame)) return false;
   const PassPlan& plan = entry->plan().passes;
   const std::uint32_t passes = passes_within(plan, samples);
   if (passes == 0 || passes >= entry->tasks.passes(frame) || plan.pass(passes - 1).end() != samples)
-    return;
+    return false;
   entry->left.cut(plan.samples() - samples);
   entry->tasks.cut(frame, passes);
+  return true;
 }
 
 void Scheduler::restore_started(JobId job, Instant first_lease) {

@@ -79,9 +79,9 @@ class Scheduler {
   /// folded. A tile's passes come in ascending order. Then tile_folded as the film is read back.
   void restore_closed(JobId job, const TaskId& task);
   /// After a start, before anything is said of this frame: it ended by its noise with so many
-  /// samples of each pixel, where a pass ends. Of a job of several frames; of another number of
-  /// samples nothing is taken.
-  void restore_shortened(JobId job, std::int32_t frame, std::int64_t samples);
+  /// samples of each pixel, where a pass before the last ends. Of a job of several frames. False,
+  /// and nothing is taken, of another number of samples, a frame that is none, or one said twice.
+  [[nodiscard]] bool restore_shortened(JobId job, std::int32_t frame, std::int64_t samples);
   /// After a start: the build that made the job's results so far.
   void restore_build(JobId job, const Digest& build);
   /// After a start: when the job's first lease was granted, from which its time limit counts.

@@ -146,7 +146,9 @@ void Coordinator::restore(const server::JobRecord& record) {
         id, world_.events.now() - from_seconds(world_.events.seconds_now() - started_[id]));
   }
   for (const auto& [frame, samples] : job.shortened)
-    scheduler_->restore_shortened(id, frame, samples);
+    require(scheduler_->restore_shortened(id, frame, samples), [&, frame = frame] {
+      return fmt::format("job {} frame {} ends where it was kept to", id, frame);
+    });
   Films films;
   restoring_ = true;
   restore_checkpoints(id, job, films);

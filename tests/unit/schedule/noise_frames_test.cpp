@@ -129,7 +129,7 @@ TEST_F(NoiseFramesTest, AFocusGoesFirstUpToTheLookAndChangesNoEnd) {
 TEST_F(NoiseFramesTest, AStartKnowsWhichHaveEndedAndAsksForTheOthers) {
   plans_[1] = std::make_shared<const JobPlan>(watched(3));
   take(scheduler_.add_job(1, plans_[1], now_));
-  scheduler_.restore_shortened(1, 1, 16);
+  EXPECT_TRUE(scheduler_.restore_shortened(1, 1, 16));
   const std::uint32_t begun = 3;  // passes of frame 3, but for one tile that has another
   for (const std::int32_t frame : {1, 2, 3})
     for (std::uint32_t tile = 0; tile < 4; ++tile)
@@ -156,12 +156,12 @@ TEST_F(NoiseFramesTest, WhatIsNoEndOfAPassIsNotTakenAfterAStart) {
   plans_[1] = std::make_shared<const JobPlan>(watched(2));
   take(scheduler_.add_job(1, plans_[1], now_));
   for (const std::int64_t samples : {-1, 0, 17, 4096, 5000})
-    scheduler_.restore_shortened(1, 1, samples);
-  scheduler_.restore_shortened(1, 3, 16);
-  scheduler_.restore_shortened(2, 1, 16);
+    EXPECT_FALSE(scheduler_.restore_shortened(1, 1, samples));
+  EXPECT_FALSE(scheduler_.restore_shortened(1, 3, 16));
+  EXPECT_FALSE(scheduler_.restore_shortened(2, 1, 16));
   EXPECT_EQ(scheduler_.job(1, now_)->samples, 4 * 256 * 2 * 4096);
-  scheduler_.restore_shortened(1, 2, 64);
-  scheduler_.restore_shortened(1, 2, 64);
+  EXPECT_TRUE(scheduler_.restore_shortened(1, 2, 64));
+  EXPECT_FALSE(scheduler_.restore_shortened(1, 2, 64));
   EXPECT_EQ(scheduler_.job(1, now_)->samples, 4 * 256 * (64 + 4096));
 }
 
@@ -178,7 +178,7 @@ TEST_F(NoiseFramesTest, LateResultsOfPassesThatWereCutAreStaleAndNobodysFault) {
   plans_[1] = std::make_shared<const JobPlan>(watched(2));
   ASSERT_EQ(plans_[1]->digest, before.digest);
   take(scheduler_.replace_job(1, plans_[1], now_, {}));
-  scheduler_.restore_shortened(1, 1, 16);
+  EXPECT_TRUE(scheduler_.restore_shortened(1, 1, 16));
   EXPECT_EQ(arrive(a, late), Verdict::stale);
   pass(0);
   EXPECT_TRUE(dropped_.empty());

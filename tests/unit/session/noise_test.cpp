@@ -148,5 +148,25 @@ TEST_F(FramesByNoise, HaveNoPictureBeforeTheirEndIsKept) {
   farm.run(scenario());
 }
 
+TEST_F(FramesByNoise, DoNotEndWhereNoPassDoesThoughTheStoreSaysSo) {
+  const JobSpec spec = watched(1e-9, 20, 2);
+  submit(spec);
+  halt_and_keep(spec, 3, [&](Store& store) {
+    store.shorten_frame(id, 1, 10);
+    store.shorten_frame(id, 2, 20);
+  });
+  farm.start();
+  const auto scenario = [&]() -> awaitable<void> {
+    for (const int frame : {1, 2}) EXPECT_EQ(farm.coordinator->samples(id, frame), 20);
+    EXPECT_EQ(farm.coordinator->job(id)->frames_shortened, 0U);
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return done(); });
+    EXPECT_EQ(farm.coordinator->job(id)->progress, 1);
+    for (const int frame : {1, 2})
+      EXPECT_EQ(difference_from_straight_fold(farm, spec, id, frame), std::nullopt);
+  };
+  farm.run(scenario());
+}
+
 }  // namespace
 }  // namespace tessera::server
