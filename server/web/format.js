@@ -30,9 +30,10 @@ export function timeToGo(job) {
   return low === high ? span(job.eta_seconds) : `${span(job.eta_seconds)} (${low} – ${high})`;
 }
 
-/** "64 (of 4,096 at most)": of each pixel of the frame that is looked at, as far as the job says. */
+/** "64 (of 4,096 at most)": of each pixel of the frame that is looked at, as far as the job says: it names a thousand. */
 export function samplesOf(job, frame) {
-  const samples = job.pictures?.find((picture) => picture.frame === frame)?.samples ?? job.samples;
+  const samples = job.pictures?.find((picture) => picture.frame === frame)?.samples;
+  if (samples === undefined) return job.frames_shortened > 0 ? `${count(job.samples)} at most` : count(job.samples);
   return samples < job.samples ? `${count(samples)} (of ${count(job.samples)} at most)` : count(samples);
 }
 

@@ -82,4 +82,5 @@ test('a frame that ended by its noise says its own samples', () => {
   assert.equal(samplesOf(job, 4), '512');
   assert.equal(samplesOf(job, 5), '512', 'one that has no picture yet');
   assert.equal(samplesOf({ samples: 512 }, 3), '512', 'an older server');
+  assert.equal(samplesOf({ ...job, frames_shortened: 1 }, 5), '512 at most', 'one beyond those that the job names');
 });
