@@ -85,7 +85,7 @@ struct JobStatus {
     std::int64_t samples = 0;
   };
   std::vector<Share> shares;                ///< by worker, most first
-  std::vector<std::int64_t> extended_from;  ///< samples it had before, oldest first
+  std::vector<std::int64_t> extended_from;  ///< samples asked for before, oldest first
   std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
   /// Frames of several that ended by their noise with fewer samples than those asked for.
   std::uint32_t frames_shortened = 0;

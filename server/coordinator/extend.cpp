@@ -50,7 +50,7 @@ void CoordinatorImpl::check_extension(const Job& job, std::int64_t samples) cons
   const auto [fewest, most] = samples_of_frames(job);
   if (samples < most || samples <= fewest)
     throw Error(ErrorKind::bad_input,
-                fmt::format("expected {} than the {} that job {} has, found {}",
+                fmt::format("expected {} than the {} that job {} has or is to have, found {}",
                             fewest < most ? "no fewer samples" : "more samples", most, id, samples),
                 {.key = "samples"});
   JobSpec spec = job.plan->spec;
@@ -170,9 +170,11 @@ boost::asio::awaitable<void> CoordinatorImpl::extend_checked(JobId id, std::int6
   const Job& job = known(id);
   JobRecord record = job.record;
   std::exception_ptr error;
-  const std::function<JobRecord()> change = [this, record = extended(job, samples),
-                                             passes = job.plan->passes.regular()] {
-    store_->extend_job(record, passes);
+  // Where frames that ended by their noise go on to what was asked for the plan stays as it is.
+  const PassPlan& plan = job.plan->passes;
+  const std::uint32_t kept = samples == plan.samples() ? plan.count() : plan.regular();
+  const std::function<JobRecord()> change = [this, record = extended(job, samples), kept] {
+    store_->extend_job(record, kept);
     return record;
   };
   try {

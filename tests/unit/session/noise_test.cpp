@@ -168,5 +168,45 @@ TEST_F(FramesByNoise, DoNotEndWhereNoPassDoesThoughTheStoreSaysSo) {
   farm.run(scenario());
 }
 
+TEST_F(FramesByNoise, GoOnToWhatWasAskedForAndLoseNoResultOfTheLastPass) {
+  JobSpec spec = watched(1e-9, 100, 2);
+  spec.tile = 16;
+  constexpr std::uint32_t last = 8;  // passes end at 1, 4, 16, 32, …, 96, 100
+  const auto kept = [&] {
+    return database().integer("SELECT count(*) FROM results WHERE frame = 2 AND pass = 8");
+  };
+  std::size_t delivered = 0, most = 3;
+  worker.on_assign = [&](const wire::Assign& order) {
+    if (order.task.frame == 2 && order.task.pass == last && delivered++ >= most) return;
+    image::TileImage tile = worker.tile_of(order);
+    if (order.task.frame == 1) std::ranges::fill(tile.values, 0.0F);  // without noise
+    worker.deliver(worker.result_of(order), image::encode_tile(tile));
+  };
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    id = co_await farm.coordinator->submit(spec);
+    co_await worker.work([&] { return delivered > most && kept() == 3; });
+    EXPECT_EQ(farm.coordinator->samples(id, 1), 16);
+    std::string said;
+    try {
+      co_await farm.coordinator->extend(id, 99);
+    } catch (const Error& error) {
+      said = error.what();
+    }
+    EXPECT_EQ(said,
+              "samples: expected no fewer samples than the 100 that job 1 has or is to have, found "
+              "99");
+    co_await farm.coordinator->extend(id, 100);
+    EXPECT_EQ(kept(), 3);
+    delivered = 0;
+    most = 100;
+    co_await worker.work([&] { return done(); });
+    EXPECT_EQ(delivered, 3U) << "the other tiles";
+    EXPECT_EQ(farm.coordinator->samples(id, 1), 100);
+    EXPECT_EQ(difference_from_straight_fold(farm, spec, id, 2), std::nullopt);
+  };
+  farm.run(scenario());
+}
+
 }  // namespace
 }  // namespace tessera::server
