@@ -7,6 +7,7 @@
 
 #include "client/interrupt.hpp"
 #include "client/preflight.hpp"
+#include "common/base/limits.hpp"
 
 namespace tessera::client {
 
@@ -52,7 +53,7 @@ std::optional<ByPath> by_path_of(const JobOptions& options) {
 namespace {
 /// The frames of all that moves, for one who asked for none.
 std::string motion_note(double duration, double fps) {
-  constexpr double most = frame_most;
+  constexpr double most = limits::frame_max;
   const double last = std::min(std::floor(duration * fps + 1e-6) + 1, most);
   return fmt::format(
       "the scene moves for {:.4g} s, and this is its first moment: --frames 1-{:.0f} renders it at "

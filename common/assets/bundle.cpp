@@ -83,9 +83,9 @@ std::string canonical_json(const Bundle& bundle) {
 Digest digest_of_bundle(const Bundle& bundle) { return digest_of(canonical_json(bundle)); }
 
 Bundle bundle_from_json(std::string_view text, std::string_view name) {
-  if (text.size() > bundle_json_most)
+  if (text.size() > limits::bundle_json_bytes)
     throw Error(ErrorKind::too_large,
-                fmt::format("a bundle has at most {} bytes", bundle_json_most),
+                fmt::format("a bundle has at most {} bytes", limits::bundle_json_bytes),
                 {.file = std::string(name)});
   const Json json = parse_json(text, name);
   ObjectReader in(json, "");

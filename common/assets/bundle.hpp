@@ -49,7 +49,4 @@ std::uint64_t total_size(const Bundle& bundle);
 /// Bytes of its blobs.
 std::uint64_t blob_size(const Bundle& bundle);
 
-/// Most bytes that a bundle's JSON may have.
-constexpr std::size_t bundle_json_most = 128U << 20;
-
 }  // namespace tessera::assets

@@ -3,8 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Every bound on what comes from outside, in one place. A bound is checked before anything is
-/// allocated or started.
+/// Every bound on what comes from outside, in one place, but for what one reader alone knows of:
+/// the ranges of a scene's single numbers stand with its fields, lengths of texts in messages with
+/// their codec. A bound is checked before anything is allocated or started.
 namespace tessera::limits {
 
 constexpr std::size_t KiB = 1024;
@@ -23,7 +24,22 @@ constexpr int bounces_max = 1024;
 constexpr int light_samples_max = 1024;
 constexpr double pixel_aspect_min = 0.01;
 constexpr double pixel_aspect_max = 100;
-constexpr double clamp_max = 1e30;  ///< the most that light may be clamped to
+constexpr double clamp_max = 1e30;       ///< the most that light may be clamped to
+constexpr double filter_width_max = 64;  ///< pixels
+constexpr std::size_t aovs_max = 64;     ///< that a job may name
+/// The names of a job's mattes as JSON. It is read by whoever asks for the job, and kept by the
+/// coordinator.
+constexpr std::size_t matte_names_bytes = 96 * KiB;
+
+// A job, beside its film.
+constexpr std::int32_t frame_max = 1'000'000;  ///< a frame's number, and its negative the least
+constexpr std::size_t frame_ranges_max = 1000;
+constexpr double fps_min = 0.001;
+constexpr double fps_max = 10'000;
+constexpr int priority_max = 100;                      ///< and its negative the least
+constexpr std::int64_t job_workers_max = 1'000'000;    ///< that a job may be held to
+constexpr double time_limit_max = 365.25 * 24 * 3600;  ///< seconds
+constexpr double noise_max = 1000;                     ///< threshold at which a job ends
 
 // The wire.
 constexpr std::size_t wire_header_before_welcome = 4 * KiB;
@@ -45,6 +61,7 @@ constexpr std::size_t event_backlog = 1024;          ///< events kept for a list
 // Assets.
 constexpr std::size_t blob_bytes = 16 * GiB;
 constexpr std::size_t bundle_files = 65536;
+constexpr std::size_t bundle_json_bytes = 128 * MiB;
 constexpr std::size_t bundle_path = 1024;  ///< bytes of a path within a bundle
 
 // Scene files.
@@ -53,7 +70,9 @@ constexpr int json_depth = 64;
 constexpr std::size_t mesh_vertices = 1U << 30;
 constexpr std::size_t mesh_triangles = 1U << 30;
 constexpr std::size_t mesh_file_bytes = 8 * GiB;  ///< OBJ, PLY
-constexpr std::size_t ply_polygon = 256;          ///< corners of a face
+constexpr std::size_t polygon_corners = 256;      ///< of a face: OBJ, PLY
+/// Each face holds the number of its material in 16 bits.
+constexpr std::size_t materials_max = 65536;
 /// Faces that are sampled as lights, instances counted; a worker keeps some 220 bytes for each.
 constexpr std::size_t light_faces = 8U << 20;
 

@@ -84,8 +84,8 @@ std::vector<AovUse> aov_uses(std::span<const std::string> names) {
   if (names.empty())
     for (const AovEntry& entry : std::span(table).first(default_aovs))
       uses.push_back({entry.aov, std::string(entry.name)});
-  if (names.size() > aovs_most)
-    refuse(fmt::format("expected at most {} names, found {}", aovs_most, names.size()));
+  if (names.size() > limits::aovs_max)
+    refuse(fmt::format("expected at most {} names, found {}", limits::aovs_max, names.size()));
   for (const std::string& name : names) uses.push_back(use_of(name));
   const auto order = [](const AovUse& a, const AovUse& b) {
     return std::tie(a.aov, a.name) < std::tie(b.aov, b.name);

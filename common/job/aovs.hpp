@@ -70,8 +70,6 @@ std::vector<std::string_view> aov_names();
 
 /// What a job that names none asks for.
 constexpr std::size_t default_aovs = 3;  ///< the table's first: albedo, N, Z
-/// The most that a job may name.
-constexpr std::size_t aovs_most = 64;
 
 /// Before the name of a light group in the name of its AOV.
 constexpr std::string_view light_prefix = "light_";

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 
 namespace tessera {
@@ -19,14 +20,14 @@ constexpr std::size_t expanded_most = 1'000'000;
   throw Error(ErrorKind::bad_input,
               fmt::format("expected frames such as 7, 1-240, 1-240x2 or 1,5,10-20, from {} to {}, "
                           "found \"{}\"",
-                          -frame_most, frame_most, excerpt(text)));
+                          -limits::frame_max, limits::frame_max, excerpt(text)));
 }
 
 /// Takes a number off the front of `rest`.
 std::int32_t take_number(std::string_view& rest, std::string_view whole) {
   std::int32_t value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (error != std::errc() || value < -frame_most || value > frame_most) bad(whole);
+  if (error != std::errc() || value < -limits::frame_max || value > limits::frame_max) bad(whole);
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   return value;
 }
@@ -121,10 +122,10 @@ FrameList frames_from_text(std::string_view text) {
   std::sort(frames.begin(), frames.end());
   frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
   list.ranges = ranges_of(frames);
-  if (list.ranges.size() > frame_ranges_most)
+  if (list.ranges.size() > limits::frame_ranges_max)
     throw Error(ErrorKind::bad_input,
                 fmt::format("a list of frames has at most {} ranges, and these are {}",
-                            frame_ranges_most, list.ranges.size()));
+                            limits::frame_ranges_max, list.ranges.size()));
   return list;
 }
 

@@ -21,11 +21,6 @@ struct FrameRange {
   }
 };
 
-/// Frame numbers, either way.
-constexpr std::int32_t frame_most = 1'000'000;
-/// Ranges that a list may have.
-constexpr std::size_t frame_ranges_most = 1000;
-
 /// The frames of a job, ascending: ranges, each of which begins after the end of the one before.
 struct FrameList {
   FrameList() : ranges(1) {}

@@ -7,7 +7,6 @@
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/job/aovs.hpp"
-#include "common/job/job_bounds.hpp"
 #include "common/job/job_spec.hpp"
 
 /// What a job may ask for.
@@ -44,8 +43,8 @@ void check_frames(const FrameList& frames) {
   if (frames.ranges.empty()) bad("frames", "expected at least one frame");
   for (std::size_t i = 0; i < frames.ranges.size(); ++i) {
     const FrameRange& range = frames.ranges[i];
-    within("frames.first", range.first, -frame_most, frame_most);
-    within("frames.last", range.last, -frame_most, frame_most);
+    within("frames.first", range.first, -limits::frame_max, limits::frame_max);
+    within("frames.last", range.last, -limits::frame_max, limits::frame_max);
     if (range.last < range.first || range.step < 1)
       bad("frames", "expected first ≤ last and step ≥ 1");
     if (i > 0 && range.first <= frames.ranges[i - 1].last)
@@ -80,8 +79,9 @@ void check_samples(const RenderSettings& render) {
        {std::pair("render.integrator", &render.integrator),
         std::pair("render.sampler", &render.sampler), std::pair("render.filter", &render.filter)})
     if (!is_plain_name(*name)) bad(key, "expected 1 to 128 bytes without control characters");
-  if (!(render.filter_width >= 0 && render.filter_width <= filter_width_most))
-    bad("render.filter_width", fmt::format("expected a number from 0 to {}", filter_width_most));
+  if (!(render.filter_width >= 0 && render.filter_width <= limits::filter_width_max))
+    bad("render.filter_width",
+        fmt::format("expected a number from 0 to {}", limits::filter_width_max));
   if (render.seed > static_cast<std::uint64_t>(INT64_MAX))
     bad("render.seed",
         fmt::format("expected a whole number from 0 to {}, found {}", INT64_MAX, render.seed));
@@ -89,12 +89,13 @@ void check_samples(const RenderSettings& render) {
 
 /// When it ends before all samples are made.
 void check_ends(const JobSpec& spec) {
-  if (!(spec.time_limit_seconds >= 0 && spec.time_limit_seconds <= time_limit_most))
-    bad("time_limit_seconds", fmt::format("expected a number from 0 to {}", time_limit_most));
+  if (!(spec.time_limit_seconds >= 0 && spec.time_limit_seconds <= limits::time_limit_max))
+    bad("time_limit_seconds",
+        fmt::format("expected a number from 0 to {}", limits::time_limit_max));
   if (spec.time_limit_seconds > 0 && spec.frames.count() > 1)
     bad("time_limit_seconds", "expected a job of one frame, to limit its time");
-  if (!(spec.noise_threshold >= 0 && spec.noise_threshold <= noise_most))
-    bad("noise_threshold", fmt::format("expected a number from 0 to {}", noise_most));
+  if (!(spec.noise_threshold >= 0 && spec.noise_threshold <= limits::noise_max))
+    bad("noise_threshold", fmt::format("expected a number from 0 to {}", limits::noise_max));
 }
 
 void check_tasks(const JobSpec& spec) {
@@ -116,19 +117,19 @@ void check_focus(const Rect& focus, const RenderSettings& film) {
 
 void check(const JobSpec& spec) {
   if (!is_plain_name(spec.name)) bad("name", "expected 1 to 128 bytes without control characters");
-  within("priority", spec.priority, -priority_most, priority_most);
+  within("priority", spec.priority, -limits::priority_max, limits::priority_max);
   if (spec.camera.size() > 256 || !is_utf8(spec.camera))
     bad("camera", "expected at most 256 bytes of UTF-8");
   check_film(spec.render);
   check_samples(spec.render);
   check_frames(spec.frames);
-  if (!(spec.fps >= fps_least && spec.fps <= fps_most))
-    bad("fps", fmt::format("expected a number from {} to {}", fps_least, fps_most));
+  if (!(spec.fps >= limits::fps_min && spec.fps <= limits::fps_max))
+    bad("fps", fmt::format("expected a number from {} to {}", limits::fps_min, limits::fps_max));
   within("tile", spec.tile, limits::tile_side_min, limits::tile_side_max);
   check_aovs(spec.render.aovs, spec.tile);
   check(spec.cryptomatte);
   within("pass", spec.pass, 1, limits::pass_samples_max);
-  within("max_workers", spec.max_workers, 0, max_workers_most);
+  within("max_workers", spec.max_workers, 0, limits::job_workers_max);
   within("aov_samples", spec.aov_samples, 1, limits::samples_max);
   if (spec.focus) check_focus(*spec.focus, spec.render);
   check_ends(spec);

@@ -10,7 +10,6 @@
 #include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/job/aovs.hpp"
-#include "common/job/job_bounds.hpp"
 
 namespace tessera {
 
@@ -51,7 +50,8 @@ RenderSettings render_from(const Json& json, const std::string& path) {
   render.integrator = in.text_or("integrator", render.integrator);
   render.sampler = in.text_or("sampler", render.sampler);
   render.filter = in.text_or("filter", render.filter);
-  render.filter_width = in.number_or("filter_width", 0, filter_width_most, render.filter_width);
+  render.filter_width =
+      in.number_or("filter_width", 0, limits::filter_width_max, render.filter_width);
   render.light_samples = static_cast<int>(
       in.integer_or("light_samples", 1, limits::light_samples_max, render.light_samples));
   render.seed = static_cast<std::uint64_t>(in.integer_or("seed", 0, INT64_MAX, 0));
@@ -70,10 +70,11 @@ RenderSettings render_from(const Json& json, const std::string& path) {
 FrameRange range_from(const Json& json, const std::string& path) {
   FrameRange frames;
   ObjectReader in(json, path);
-  frames.first = static_cast<std::int32_t>(in.integer("first", -frame_most, frame_most));
-  frames.last =
-      static_cast<std::int32_t>(in.integer_or("last", frames.first, frame_most, frames.first));
-  frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, frame_most, 1));
+  frames.first =
+      static_cast<std::int32_t>(in.integer("first", -limits::frame_max, limits::frame_max));
+  frames.last = static_cast<std::int32_t>(
+      in.integer_or("last", frames.first, limits::frame_max, frames.first));
+  frames.step = static_cast<std::int32_t>(in.integer_or("step", 1, limits::frame_max, 1));
   in.finish();
   return frames;
 }
@@ -81,11 +82,11 @@ FrameRange range_from(const Json& json, const std::string& path) {
 /// A range, or an array of them.
 FrameList frames_from(const Json& json, const std::string& path) {
   if (!json.is_array()) return range_from(json, path);
-  if (json.empty() || json.size() > frame_ranges_most)
-    throw Error(
-        ErrorKind::bad_input,
-        fmt::format("expected 1 to {} ranges of frames, found {}", frame_ranges_most, json.size()),
-        {.key = path});
+  if (json.empty() || json.size() > limits::frame_ranges_max)
+    throw Error(ErrorKind::bad_input,
+                fmt::format("expected 1 to {} ranges of frames, found {}", limits::frame_ranges_max,
+                            json.size()),
+                {.key = path});
   FrameList list;
   list.ranges.clear();
   for (const Json& one : json)
@@ -167,14 +168,15 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   JobSpec spec;
   ObjectReader in(json, path);
   spec.name = in.text("name");
-  spec.priority = static_cast<int>(in.integer_or("priority", -priority_most, priority_most, 0));
+  spec.priority =
+      static_cast<int>(in.integer_or("priority", -limits::priority_max, limits::priority_max, 0));
   const auto bundle = Digest::from_hex(in.text("bundle"));
   if (!bundle) in.fail("bundle", "expected a SHA-256 as 64 hexadecimal digits");
   spec.bundle = *bundle;
   spec.camera = in.text_or("camera", "");
   if (const Json* frames = in.optional("frames"))
     spec.frames = frames_from(*frames, in.path_of("frames"));
-  spec.fps = in.number_or("fps", fps_least, fps_most, spec.fps);
+  spec.fps = in.number_or("fps", limits::fps_min, limits::fps_max, spec.fps);
   spec.render = render_from(in.required("render"), in.path_of("render"));
   spec.tile = static_cast<int>(
       in.integer_or("tile", limits::tile_side_min, limits::tile_side_max, spec.tile));
@@ -182,7 +184,7 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   spec.aov_samples =
       static_cast<int>(in.integer_or("aov_samples", 1, limits::samples_max, spec.aov_samples));
   spec.mixed = in.boolean_or("mixed", false);
-  spec.max_workers = static_cast<int>(in.integer_or("max_workers", 0, max_workers_most, 0));
+  spec.max_workers = static_cast<int>(in.integer_or("max_workers", 0, limits::job_workers_max, 0));
   try {
     spec.order = tile_order_from(in.text_or("order", std::string(name_of(spec.order))));
   } catch (const Error& error) {
@@ -191,8 +193,8 @@ JobSpec job_spec_from_json(const nlohmann::json& json, const std::string& path) 
   }
   if (const Json* focus = in.optional("focus"); focus != nullptr && !focus->is_null())
     spec.focus = rect_from_json(*focus, in.path_of("focus"));
-  spec.time_limit_seconds = in.number_or("time_limit_seconds", 0, time_limit_most, 0);
-  spec.noise_threshold = in.number_or("noise_threshold", 0, noise_most, 0);
+  spec.time_limit_seconds = in.number_or("time_limit_seconds", 0, limits::time_limit_max, 0);
+  spec.noise_threshold = in.number_or("noise_threshold", 0, limits::noise_max, 0);
   if (const Json* names = in.optional("cryptomatte"))
     spec.cryptomatte = matte_names_from(*names, in.path_of("cryptomatte"));
   in.finish();

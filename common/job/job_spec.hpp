@@ -96,8 +96,6 @@ void check(const JobSpec& spec);
 
 /// Throws Error{bad_input} that names the key unless it lies within the film.
 void check_focus(const Rect& focus, const RenderSettings& film);
-/// Most workers of a job that may be asked for.
-constexpr std::int64_t max_workers_most = 1'000'000;
 
 /// {"x", "y", "width", "height"}.
 nlohmann::json to_json(const Rect& rect);

@@ -66,9 +66,9 @@ bool is_short(const MatteNames& names) {
   for (const auto* list : {&names.objects, &names.materials})
     for (const std::string& name : *list) {
       least += name.size() + 2;
-      if (least > matte_names_most) return false;
+      if (least > limits::matte_names_bytes) return false;
     }
-  return to_json(names).dump().size() <= matte_names_most;
+  return to_json(names).dump().size() <= limits::matte_names_bytes;
 }
 
 std::string without_manifest(std::string_view layer, std::string_view reason) {
@@ -97,7 +97,7 @@ FittingNames fitting(MatteNames names) {
   if (is_short(out.names)) return out;
   const auto reason = [](std::string_view whose) {
     return fmt::format("{} are more than the {} KiB that a job may carry of them", whose,
-                       matte_names_most / limits::KiB);
+                       limits::matte_names_bytes / limits::KiB);
   };
   const bool objects_fit = is_short({.objects = out.names.objects, .materials = {}});
   const bool materials_fit = is_short({.objects = {}, .materials = out.names.materials});
@@ -124,7 +124,7 @@ void check(const MatteNames& names) {
   if (!can_stand(names))
     throw Error(ErrorKind::bad_input,
                 fmt::format("expected names in UTF-8, at most {} KiB of JSON",
-                            matte_names_most / limits::KiB),
+                            limits::matte_names_bytes / limits::KiB),
                 {.key = "cryptomatte"});
 }
 

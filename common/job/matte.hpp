@@ -30,10 +30,8 @@ struct MatteNames {
   bool operator==(const MatteNames&) const = default;
   [[nodiscard]] bool empty() const { return objects.empty() && materials.empty(); }
 };
-/// The most bytes that names may take in a job: to_json(names).dump(), with all its quotes, commas
-/// and escapes. A job's JSON is read by whoever asks for it, and kept by the coordinator.
-constexpr std::size_t matte_names_most = std::size_t{96} * 1024;
-/// True if they may stand in a job: UTF-8, and at most matte_names_most.
+/// True if they may stand in a job: UTF-8, and to_json(names).dump(), with all its quotes, commas
+/// and escapes, has at most limits::matte_names_bytes.
 bool can_stand(const MatteNames& names);
 
 struct FittingNames {

@@ -18,8 +18,6 @@ constexpr double length_least = 1e-8;
 /// Of what gives a direction alone.
 constexpr double direction_least = 1e-15;
 constexpr double radiance_most = 1e30;
-/// Each face of a scene holds the number of its material in 16 bits.
-constexpr std::size_t materials_most = 65536;
 
 /// A value in a document: knows its place, and reads itself as what is expected or throws
 /// Error{bad_input} there.

@@ -5,6 +5,7 @@
 #include <map>
 #include <tuple>
 
+#include "common/base/limits.hpp"
 #include "common/scene/gltf/gltf.hpp"
 #include "common/scene/parts.hpp"
 #include "common/scene/texture_uses.hpp"
@@ -189,8 +190,9 @@ class Includer {
           same != end ? same - reading_.materials.begin()
                       : static_cast<std::ptrdiff_t>(reading_.materials.size())));
       if (same != end) continue;
-      if (reading_.materials.size() == materials_most)
-        file.fail(fmt::format("with it the scene has more than {} materials", materials_most));
+      if (reading_.materials.size() == limits::materials_max)
+        file.fail(
+            fmt::format("with it the scene has more than {} materials", limits::materials_max));
       for (TextureUse* use : texture_uses(material)) use->texture += first_texture;
       reading_.materials.push_back(std::move(material));
     }

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/metals.hpp"
 #include "common/scene/parts.hpp"
@@ -213,8 +214,8 @@ std::vector<Material> read_materials(const Value& materials, Reading& reading) {
   MaterialIndex index;
   std::vector<std::pair<std::size_t, Value>> mixes;
   for (const Value::Member& member : materials.members()) {
-    if (out.size() == materials_most)
-      member.key.fail(fmt::format("the scene has more than {} materials", materials_most));
+    if (out.size() == limits::materials_max)
+      member.key.fail(fmt::format("the scene has more than {} materials", limits::materials_max));
     const std::string& name = plain_name(member.key);
     Fields fields(member.value);
     const std::string type = read_name(fields, "type", "material type", types);

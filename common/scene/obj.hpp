@@ -16,10 +16,9 @@ struct ObjCounts {
 
 /// Looks at every line of an OBJ text, and refuses what tinyobjloader would read as something else
 /// without a word: numbers that are none or too large, statements that do not exist, indices that
-/// name nothing, faces of fewer than three or more than `obj_polygon_most` corners. Throws
+/// name nothing, faces of fewer than three or more than `limits::polygon_corners` corners. Throws
 /// Error{bad_input} with `name` and line.
 ObjCounts check_obj(std::string_view text, const std::string& name);
-constexpr std::size_t obj_polygon_most = 256;
 
 /// All faces of an OBJ text as one mesh. Groups, objects, smoothing groups and materials in it say
 /// nothing here; lines and points are passed over. Where a face has no normals and others do, its

@@ -140,8 +140,9 @@ class Check {
   void face() {
     std::size_t corners = 0;
     for (std::string_view word = next(); !word.empty(); word = next(), ++corners) corner(word);
-    if (corners < 3 || corners > obj_polygon_most)
-      fail(fmt::format("expected a face of 3 to {} corners, found {}", obj_polygon_most, corners));
+    if (corners < 3 || corners > limits::polygon_corners)
+      fail(fmt::format("expected a face of 3 to {} corners, found {}", limits::polygon_corners,
+                       corners));
     counts_.corners += corners;
     counts_.triangles += corners - 2;
     if (counts_.triangles > limits::mesh_triangles)

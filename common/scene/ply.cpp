@@ -250,7 +250,7 @@ class Reader {
 
   void read_faces(const Element& element) {
     mesh_.triangles.reserve(element.count);
-    std::array<std::uint32_t, limits::ply_polygon> corners{};
+    std::array<std::uint32_t, limits::polygon_corners> corners{};
     for (std::size_t i = 0; i < element.count; ++i)
       for (const Property& property : element.properties) {
         const bool indices = property.is_list &&
@@ -261,9 +261,9 @@ class Reader {
         }
         std::uint32_t count = 0;
         if (!cursor_.read(property.count_type, count)) cut_off(element, i);
-        if (count > limits::ply_polygon)
-          refuse(
-              fmt::format("face {} has {} corners; {} is the most", i, count, limits::ply_polygon));
+        if (count > limits::polygon_corners)
+          refuse(fmt::format("face {} has {} corners; {} is the most", i, count,
+                             limits::polygon_corners));
         for (std::uint32_t k = 0; k < count; ++k)
           if (!cursor_.read(property.type, corners[k])) cut_off(element, i);
         for (std::uint32_t k = 2; k < count; ++k)

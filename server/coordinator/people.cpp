@@ -7,6 +7,7 @@
 
 #include "common/assets/bundle.hpp"
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/impl.hpp"
 #include "server/film/film_tile_bytes.hpp"
@@ -31,7 +32,7 @@ Pins check_assets(assets::BlobStore& blobs, const Digest& bundle) {
                 fmt::format("the bundle {} is not here: upload it first", bundle.hex()),
                 {.key = "bundle"});
   const assets::Bundle files = assets::bundle_from_json(
-      blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
+      blobs.read(bundle, limits::bundle_json_bytes), "bundle " + bundle.hex());
   const std::vector<Digest> named = assets::blobs_of(files);
   pins.push_back(blobs.pin(named));
   const std::vector<Digest> missing = blobs.missing(named);
@@ -68,8 +69,9 @@ void check_change(const JobChange& change, const RenderSettings& film) {
                 fmt::format("expected a whole number from {} to {}, found {}", low, high, value),
                 {.key = key});
   };
-  if (change.priority) within("priority", *change.priority, -100, 100);
-  if (change.max_workers) within("max_workers", *change.max_workers, 0, max_workers_most);
+  if (change.priority)
+    within("priority", *change.priority, -limits::priority_max, limits::priority_max);
+  if (change.max_workers) within("max_workers", *change.max_workers, 0, limits::job_workers_max);
   if (change.focus && *change.focus) check_focus(**change.focus, film);
 }
 

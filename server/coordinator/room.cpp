@@ -1,6 +1,7 @@
 #include <sys/statvfs.h>
 
 #include "common/assets/bundle.hpp"
+#include "common/base/limits.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/frame_file.hpp"
 #include "server/coordinator/impl.hpp"
@@ -36,7 +37,7 @@ void add_needed(const assets::BlobStore& blobs, const Digest& bundle, std::set<D
   needed.insert(bundle);
   if (!blobs.has(bundle)) return;
   const assets::Bundle files = assets::bundle_from_json(
-      blobs.read(bundle, assets::bundle_json_most), "bundle " + bundle.hex());
+      blobs.read(bundle, limits::bundle_json_bytes), "bundle " + bundle.hex());
   for (const Digest& digest : assets::blobs_of(files)) needed.insert(digest);
 }
 

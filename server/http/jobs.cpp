@@ -78,9 +78,11 @@ Change change_from(const Json& body) {
     change.pause = state == "paused";
   }
   if (in.optional("priority") != nullptr)
-    change.job.priority = static_cast<int>(in.integer("priority", -100, 100));
+    change.job.priority =
+        static_cast<int>(in.integer("priority", -limits::priority_max, limits::priority_max));
   if (in.optional("max_workers") != nullptr)
-    change.job.max_workers = static_cast<int>(in.integer("max_workers", 0, max_workers_most));
+    change.job.max_workers =
+        static_cast<int>(in.integer("max_workers", 0, limits::job_workers_max));
   if (const Json* focus = in.optional("focus")) {
     change.job.focus.emplace();  // null takes it away
     if (!focus->is_null()) *change.job.focus = rect_from_json(*focus, in.path_of("focus"));

@@ -111,8 +111,8 @@ std::optional<FetchedBundle> Fetcher::fetch(const Digest& bundle, const std::str
   FetchedBundle fetched;
   try {
     fetched.bundle_pin = cache_.pin({bundle});
-    if (!here(bundle)) get({{bundle, assets::bundle_json_most}}, call, [](std::uint64_t) {});
-    fetched.bundle = assets::bundle_from_json(cache_.read(bundle, assets::bundle_json_most),
+    if (!here(bundle)) get({{bundle, limits::bundle_json_bytes}}, call, [](std::uint64_t) {});
+    fetched.bundle = assets::bundle_from_json(cache_.read(bundle, limits::bundle_json_bytes),
                                               "bundle " + bundle.hex());
     // Pinned before it is looked which are here: none of them goes from now on.
     fetched.files_pin = cache_.pin(assets::blobs_of(fetched.bundle));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/limits.hpp"
 #include "common/base/names.hpp"
 #include "common/scene/fields.hpp"
 
@@ -45,8 +46,8 @@ std::uint32_t Materials::use(int material) {
   const auto [found, fresh] =
       known_.try_emplace(material, static_cast<std::uint32_t>(materials_.size()));
   if (fresh) {
-    if (materials_.size() == materials_most)
-      asset_.fail("/materials", fmt::format("more than {} are used", materials_most));
+    if (materials_.size() == limits::materials_max)
+      asset_.fail("/materials", fmt::format("more than {} are used", limits::materials_max));
     materials_.push_back(read(material));
   }
   return found->second;

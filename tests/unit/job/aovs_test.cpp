@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 
 namespace tessera {
 namespace {
@@ -98,7 +99,8 @@ TEST(Aovs, that_are_unknown_or_doubled_are_refused_with_their_place) {
               }),
               HasSubstr("render.aovs: unknown AOV \"albdo\"; did you mean \"albedo\"?"));
   EXPECT_THAT(refusal([] { (void)used({"Z", "Z"}); }), HasSubstr("\"Z\" stands there twice"));
-  EXPECT_THAT(refusal([] { (void)used(Names(aovs_most + 1, "Z")); }), HasSubstr("at most 64"));
+  EXPECT_THAT(refusal([] { (void)used(Names(limits::aovs_max + 1, "Z")); }),
+              HasSubstr("at most 64"));
 }
 
 TEST(Aovs, make_no_tile_larger_than_a_result_may_be) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.hpp"
+#include "common/base/limits.hpp"
 #include "common/job/matte_pixel.hpp"
 
 namespace tessera {
@@ -73,8 +74,8 @@ std::vector<std::string> names_of(std::size_t bytes) {
 }
 
 TEST(MatteNames, are_counted_to_the_byte_that_their_JSON_has) {
-  const MatteNames full{.objects = names_of(matte_names_most), .materials = {}};
-  ASSERT_EQ(bytes_of(full), matte_names_most);
+  const MatteNames full{.objects = names_of(limits::matte_names_bytes), .materials = {}};
+  ASSERT_EQ(bytes_of(full), limits::matte_names_bytes);
   EXPECT_TRUE(can_stand(full));
   EXPECT_TRUE(fitting(full).left_out.empty());
   MatteNames more = full;
@@ -82,14 +83,14 @@ TEST(MatteNames, are_counted_to_the_byte_that_their_JSON_has) {
   EXPECT_FALSE(can_stand(more));
   EXPECT_TRUE(fitting(more).names.empty());
   // Names alone are less than that by far; what stands around them counts.
-  const MatteNames short_ones{.objects = std::vector<std::string>(matte_names_most / 3, ""),
-                              .materials = {}};
+  const MatteNames short_ones{
+      .objects = std::vector<std::string>(limits::matte_names_bytes / 3, ""), .materials = {}};
   EXPECT_FALSE(can_stand(short_ones));
 }
 
 TEST(MatteNames, that_do_not_fit_leave_out_objects_first_and_say_so) {
-  const std::vector<std::string> few{"a", "b"}, half = names_of(matte_names_most / 2 + 10),
-                                                far = names_of(2 * matte_names_most);
+  const std::vector<std::string> few{"a", "b"}, half = names_of(limits::matte_names_bytes / 2 + 10),
+                                                far = names_of(2 * limits::matte_names_bytes);
   const auto fit = [](const std::vector<std::string>& objects,
                       const std::vector<std::string>& materials) {
     return fitting({.objects = objects, .materials = materials});
