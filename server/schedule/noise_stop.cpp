@@ -71,10 +71,14 @@ Actions Scheduler::noise_measured(JobId job, std::int32_t frame, std::uint32_t p
       passes != owner->tasks.offered(frame) || !state_->awaits_look(*owner, frame) ||
       !owner->tasks.all_folded(frame, passes))
     return actions;
-  if (noise <= owner->plan().spec.noise_threshold) {
+  const double threshold = owner->plan().spec.noise_threshold;
+  if (noise <= threshold) {
     state_->cut(*owner, frame, actions);
   } else {
     owner->looks[frame].too_high = passes;
+    // It falls with the root of their number.
+    const auto samples = static_cast<double>(owner->plan().passes.pass(passes - 1).end());
+    owner->tasks.expect(frame, samples * (noise / threshold) * (noise / threshold));
     // Where time is limited too, another pass is offered if it is over in time.
     if (!owner->limited()) {
       state_->offer(*owner, frame, passes + 1);

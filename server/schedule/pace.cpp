@@ -47,7 +47,6 @@ std::vector<const WorkerEntry*> Scheduler::State::at_work(const JobEntry& job, b
 }
 
 std::optional<Pace> Scheduler::State::pace_of(const JobEntry& job, Instant now) const {
-  // Frames to come are expected to need what those needed that have ended.
   const double spared = job.watched() ? job.tasks.spared() : 0;
   return pace_to(job, job.tasks.expected_passes(), spared, false, now);
 }
@@ -97,7 +96,7 @@ std::optional<Pace> Scheduler::State::pace_to(const JobEntry& job, std::uint32_t
   return pace;
 }
 
-const std::map<JobId, double>& Scheduler::State::powers_of_all(Instant now) const {
+const std::map<JobId, Scheduler::State::Power>& Scheduler::State::powers_of_all(Instant now) const {
   if (powers && powers->first == now) return powers->second;
   struct Measured {
     double power = 0, threads = 0;
@@ -115,14 +114,16 @@ const std::map<JobId, double>& Scheduler::State::powers_of_all(Instant now) cons
       so_far.threads += threads;
     }
   }
-  auto& found = powers.emplace(now, std::map<JobId, double>()).second;
+  auto& found = powers.emplace(now, std::map<JobId, Power>()).second;
   for (const auto& [id, its] : measured) {
     const auto job = jobs.find(id);
     if (job == jobs.end()) continue;
     double threads = 0;
     for (const auto& [build, all] : threads_of)
       if (job->second.takes(build)) threads += all;
-    found[id] = its.power * std::max(1.0, threads / its.threads);
+    const JobEntry& entry = job->second;
+    const double spared = entry.watched() ? entry.left.work_of(entry.tasks.spared()) : 0;
+    found[id] = {its.power * std::max(1.0, threads / its.threads), spared};
   }
   return found;
 }
@@ -136,12 +137,13 @@ void Scheduler::State::share_with_others(const JobEntry& job, Instant now, Pace&
     if (other == &job || other->state != JobEntry::State::open) continue;
     const auto its = all.find(other->id);
     // Of one that nobody has been measured at yet nothing is known: it may be like this.
-    const double alone =
-        its != all.end() ? other->left.work() / its->second : pace.work / own->second;
+    const double alone = its == all.end() ? pace.work / own->second.power
+                                          : std::max(0.0, other->left.work() - its->second.spared) /
+                                                its->second.power;
     pace.rivals.push_back({alone, other->weight()});
   }
   if (pace.rivals.empty()) return;
-  pace.power = own->second;
+  pace.power = own->second.power;
   pace.weight = job.weight();
 }
 

@@ -57,8 +57,12 @@ struct Scheduler::State {
   WorkerId last_worker = 0;
   /// The most `served` that a job had as it was granted a task: never less than before.
   double virtual_time = 0;
+  struct Power {
+    double power = 0;
+    double spared = 0;  ///< of what is left of the job, the work that is not expected to be done
+  };
   /// powers_of_all, as it was at some instant.
-  mutable std::optional<std::pair<Instant, std::map<JobId, double>>> powers;
+  mutable std::optional<std::pair<Instant, std::map<JobId, Power>>> powers;
 
   Timers timers;
   std::set<WorkerId> touched;    // whose window may have room
@@ -191,7 +195,7 @@ struct Scheduler::State {
   [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, Instant now) const;
   /// Who holds leases of it; if nobody does and `or_were`, who has held some. O(workers) then.
   /// Power that all workers would have for a job, as far as any of them was measured at it; by job.
-  [[nodiscard]] const std::map<JobId, double>& powers_of_all(Instant now) const;
+  [[nodiscard]] const std::map<JobId, Power>& powers_of_all(Instant now) const;
   void share_with_others(const JobEntry& job, Instant now, Pace& pace) const;
   [[nodiscard]] std::vector<const WorkerEntry*> at_work(const JobEntry& job, bool or_were) const;
   /// To the end of so many passes of every tile (a job of one frame). And O(tiles).

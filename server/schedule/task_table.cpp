@@ -113,8 +113,17 @@ TaskTable::Folded TaskTable::cut(std::int32_t frame, std::uint32_t passes) {
 }
 
 double TaskTable::mean_samples() const {
-  return frames_finished_ == 0 ? static_cast<double>(plan_->passes.samples())
-                               : static_cast<double>(samples_finished_) / frames_finished_;
+  const std::size_t known = frames_finished_ + expected_.size();
+  if (known == 0) return static_cast<double>(plan_->passes.samples());
+  auto sum = static_cast<double>(samples_finished_);
+  for (const auto& [index, samples] : expected_) sum += samples;
+  return sum / static_cast<double>(known);
+}
+
+void TaskTable::expect(std::int32_t frame, double samples) {
+  const std::uint32_t index = index_of(frame);
+  const auto most = static_cast<double>(samples_to(passes_of(index)));
+  if (!finished_[index]) expected_[index] = std::min(samples, most);
 }
 
 std::uint32_t TaskTable::expected_passes() const {
@@ -124,21 +133,25 @@ std::uint32_t TaskTable::expected_passes() const {
 }
 
 double TaskTable::spared() const {
-  if (frames_finished_ == 0) return 0;
+  if (frames_finished_ == 0 && expected_.empty()) return 0;
   const double mean = mean_samples();
   const auto beyond = [](std::int64_t planned, double expected) {
     return std::max(0.0, static_cast<double>(planned) - expected);
   };
   const std::size_t to_come = frames_ - frames_finished_ - begun_.size();
   double samples = static_cast<double>(to_come) * beyond(plan_->passes.samples(), mean);
-  for (const auto& [index, frame] : begun_)
+  for (const auto& [index, frame] : begun_) {
+    const auto known = expected_.find(index);
+    const double end = known == expected_.end() ? mean : known->second;
     samples += beyond(samples_to(passes_of(index)),
-                      std::max(mean, static_cast<double>(samples_to(frame.offered()))));
+                      std::max(end, static_cast<double>(samples_to(frame.offered()))));
+  }
   return samples;
 }
 
 TaskTable::Folded TaskTable::end_frame(std::uint32_t index) {
   begun_.erase(index);
+  expected_.erase(index);
   ready_.erase(index);
   finished_[index] = true;
   samples_finished_ += samples_to(passes_of(index));

@@ -52,8 +52,12 @@ class TaskTable {
   [[nodiscard]] std::int64_t frame_samples(std::int32_t frame) const {
     return samples_to(passes(frame));
   }
-  /// If frames that are not finished end as those did on average that are: passes of one, and the
-  /// samples of a pixel that all of them together are spared. O(frames that have begun).
+  /// The frame, which is not finished, is expected to end with so many samples of each pixel, as
+  /// far as its plan goes.
+  void expect(std::int32_t frame, double samples);
+  /// If frames of which nothing is expected end as the others do on average, those that are
+  /// finished too: passes of one, and the samples of a pixel that all together are spared. O(frames
+  /// that have begun).
   [[nodiscard]] std::uint32_t expected_passes() const;
   [[nodiscard]] double spared() const;
   [[nodiscard]] std::int64_t tasks() const {
@@ -84,7 +88,7 @@ class TaskTable {
   [[nodiscard]] std::int64_t samples_to(std::uint32_t passes) const {
     return passes == 0 ? 0 : plan_->passes.pass(passes - 1).end();
   }
-  /// Of the frames that are finished; the plan's while none is.
+  /// Of the frames that are finished or of which an end is expected; the plan's while none is.
   [[nodiscard]] double mean_samples() const;
   FrameTasks& begun(std::uint32_t index);
   Folded end_frame(std::uint32_t index);
@@ -97,6 +101,7 @@ class TaskTable {
   std::uint32_t frames_;
   std::map<std::uint32_t, std::uint32_t> cuts_;    // passes of frames that end sooner, by index
   std::int64_t passes_cut_ = 0, samples_cut_ = 0;  // that these do without, of each pixel
+  std::map<std::uint32_t, double> expected_;       // samples with which frames are to end, by index
   std::map<std::uint32_t, FrameTasks> begun_;      // by index, finished ones left out
   std::set<std::uint32_t> ready_;  // of those, the ones that may have something to give
   std::vector<bool> finished_;     // by index

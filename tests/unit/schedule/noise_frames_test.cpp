@@ -1,4 +1,6 @@
 // Frames of a job end by their noise one by one, each as if it were a job of its own.
+#include <limits>
+
 #include "tests/unit/schedule/schedule_fixture.hpp"
 
 namespace tessera::server {
@@ -199,6 +201,60 @@ TEST_F(NoiseFramesTest, FramesToComeAreExpectedToNeedWhatThoseNeededThatHaveEnde
   ASSERT_EQ(frames_, (std::vector<std::int32_t>{1, 2, 3}));
   EXPECT_LT(left(), before / 50) << "16 samples each, not 4096";
   EXPECT_GT(left(), 0);
+}
+
+TEST_F(NoiseFramesTest, AFrameIsExpectedToNeedTheSamplesThatItsNoiseSays) {
+  JobId job = 0;
+  const auto left_at = [&](double noise, int frames) {
+    add(++job, watched(frames));
+    const WorkerId a = join("a" + std::to_string(job));
+    take(scheduler_.worker_ready(a, job, now_));
+    for (int i = 0; i < 12 * frames; ++i) {
+      pass(0.01);
+      finish_one(a);
+    }
+    for (int frame = 1; frame < frames; ++frame)
+      take(scheduler_.noise_measured(job, frame, 3, 0.01, now_));
+    take(scheduler_.noise_measured(job, frames, 3, noise, now_));
+    const double left = scheduler_.job(job, now_)->eta_seconds.value_or(-1);
+    take(scheduler_.cancel_job(job, now_));
+    take(scheduler_.worker_left(a, true, now_));
+    return left;
+  };
+  for (const int frames : {1, 3}) {
+    SCOPED_TRACE(frames);
+    // The last frame is to have 64 samples, 1024, and all, of which it has 16.
+    const double easy = left_at(0.02, frames), hard = left_at(0.08, frames),
+                 endless = left_at(std::numeric_limits<double>::infinity(), frames);
+    EXPECT_GT(easy, 0);
+    EXPECT_GT(hard, 10 * easy);
+    EXPECT_LT(hard, 25 * easy);
+    EXPECT_NEAR(endless / hard, (4096 - 16) / (1024 - 16.0), 0.5);
+  }
+}
+
+TEST_F(NoiseFramesTest, OtherJobsDoNotExpectToShareWithWhatIsSpared) {
+  add(1, watched(50));
+  add(2, spec(4, 4096, {1, 10, 1}));
+  const WorkerId a = join("a");
+  const WorkerId b = join("b");
+  for (const WorkerId worker : {a, b})
+    for (const JobId job : {1, 2}) ready(worker, job);
+  for (int i = 0; i < 120; ++i) {
+    pass(0.01);
+    for (const WorkerId worker : {a, b})
+      if (!held_[worker].empty()) finish_one(worker);
+  }
+  pass(0.01);
+  const auto left = [&] { return scheduler_.job(2, now_)->eta_seconds.value_or(-1); };
+  const double before = left();
+  ASSERT_GT(before, 0);
+  ASSERT_FALSE(asked_.empty());
+  for (const MeasureNoise& asked : std::exchange(asked_, {}))
+    take(scheduler_.noise_measured(1, asked.frame, asked.passes, 0.01, now_));
+  pass(0.001);
+  EXPECT_LT(left(), 0.7 * before) << "the other has a fifth of its work, not five times";
+  EXPECT_GT(left(), 0.3 * before);
 }
 
 }  // namespace
