@@ -102,14 +102,16 @@ TEST(ShadowCatcher, CatchesTheShadowsOfWhatShadows) {
 }
 
 TEST(ShadowCatcher, IsSeenThroughWhatIsNotThereAndHidesWhatIsBehind) {
-  const auto above = [](double share) {
-    return alpha_under([share](SceneMaker& maker) {
+  const auto above = [](double share, bool shadowed = true) {
+    return alpha_under([&](SceneMaker& maker) {
       maker.add(veil(maker, share), scene::Quad{{-0.5, 5, 0.5}, {1, 0, 0}, {0, 0, -1}});
-      add_plate(maker, maker.diffuse(0.5));
+      if (shadowed) add_plate(maker, maker.diffuse(0.5));
       maker.add(maker.emitter(3), scene::Quad{{-1, -1, 1}, {2, 0, 0}, {0, 0, -2}});
     });
   };
   EXPECT_EQ(above(0), 1);
+  EXPECT_EQ(above(0.5), 1) << "the veil by one half, the shadow by the other";
+  EXPECT_NEAR(above(0.5, false), 0.5, 0.2) << "the veil alone";
   EXPECT_EQ(alpha_under([](SceneMaker& maker) {
               maker.add(maker.emitter(3, true), scene::Quad{{-1, -1, 1}, {2, 0, 0}, {0, 0, -2}});
             }),

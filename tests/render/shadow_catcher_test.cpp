@@ -15,6 +15,22 @@ namespace {
 
 using namespace catchers;
 
+/// A lamp by a picture of four texels.
+void add_painted_lamp(SceneMaker& maker) {
+  scene::Scene& scene = maker.description;
+  scene.images = {picture_of(2, {5, -3, 1, 3})};
+  scene.textures = {{.image = 0, .nearest = true}};
+  scene::Principled surface;
+  surface.base_color.factor = {0, 0, 0};
+  surface.specular.factor = 0;
+  surface.emission = {.factor = {1, 1, 1}, .texture = scene::TextureUse{}};
+  scene.materials.push_back({"painted", surface});
+  maker.add(static_cast<std::uint32_t>(scene.materials.size() - 1),
+            scene::Quad{{-2, 4, -1}, {1, 0, 0}, {0, 0, 1}});
+  // Else it stands before other lights.
+  scene.shapes.back().visibility = {.camera = false, .shadow = false};
+}
+
 /// The lights that a ground may have.
 struct Lit {
   const char* name;
@@ -48,6 +64,7 @@ const std::vector<Lit> all_lights{
        maker.description.images = {picture_of(4, {4, -3, -2, -1, -3, -3, -2, 0})};
        maker.description.environment = scene::Environment{.radiance = {1, 1, 1}, .image = 0};
      }},
+    {"PaintedLamp", add_painted_lamp},
     {"All", add_lights_of_all_kinds},
 };
 
@@ -66,17 +83,14 @@ SceneMaker white_ground(const Lit& lit, bool shadowed) {
   return maker;
 }
 
-TEST_P(ACatcherUnder, NotesTheDirectLightOnAWhiteSurfaceWithAndWithoutWhatShadowsIt) {
-  SceneMaker maker = ball_over_ground();
-  GetParam().add(maker);
-  const image::TileImage image = taken(maker, 64);
-  const image::TileImage with = taken(white_ground(GetParam(), true), 64);
-  const image::TileImage without = taken(white_ground(GetParam(), false), 64);
+/// Fails unless it notes what a white surface shows `with` what shadows it and `without`, by the
+/// same samples, so that there is no noise between them.
+void expect_caught(const image::TileImage& image, const image::TileImage& with,
+                   const image::TileImage& without) {
   std::size_t whole = 0, dark = 0;
   for (std::size_t i = 0; i < image.pixels(); ++i) {
     if (caught(image, caught_coverage, i) < 1) continue;
     ++whole;
-    // The same samples, so there is no noise between them.
     const float lit = with.plane(image::R)[i], open = without.plane(image::R)[i];
     ASSERT_NEAR(caught(image, caught_R, i), lit, 1e-5 * open) << i;
     ASSERT_NEAR(caught(image, unshadowed_R, i), open, 1e-5 * open) << i;
@@ -84,6 +98,71 @@ TEST_P(ACatcherUnder, NotesTheDirectLightOnAWhiteSurfaceWithAndWithoutWhatShadow
   }
   EXPECT_GT(whole, image.pixels() / 2);
   EXPECT_GT(dark, 8U);
+}
+
+TEST_P(ACatcherUnder, NotesTheDirectLightOnAWhiteSurfaceWithAndWithoutWhatShadowsIt) {
+  SceneMaker maker = ball_over_ground();
+  GetParam().add(maker);
+  for (const int light_samples : {1, 3}) {
+    SCOPED_TRACE(light_samples);
+    const auto image_of = [&](const SceneMaker& of) {
+      TaskRequest request = request_for(64);
+      request.settings.light_samples = light_samples;
+      return taken(of.build(), request);
+    };
+    expect_caught(image_of(maker), image_of(white_ground(GetParam(), true)),
+                  image_of(white_ground(GetParam(), false)));
+  }
+}
+
+/// Grounds that are not flat, stand elsewhere than they were made, or let light in.
+struct Ground {
+  const char* name;
+  std::function<void(SceneMaker&, std::uint32_t material)> add;
+};
+void PrintTo(const Ground& of, std::ostream* out) { *out << of.name; }
+
+const std::vector<Ground> grounds{
+    {"SmoothMeshOfFewFaces",
+     [](SceneMaker& maker, std::uint32_t material) {
+       maker.add(material, ball(2, true), translate(0, -14, 0) * scale(14, 14, 14));
+     }},
+    {"Instance",
+     [](SceneMaker& maker, std::uint32_t material) {
+       maker.description.objects = {{"ground", {{"quad", ground(), material, {}}}}};
+       maker.description.instances = {{0, rotate({0, 1, 0}, 30) * scale(0.7, 1, 0.7), {}}};
+     }},
+    {"BlockOfGlass",
+     [](SceneMaker& maker, std::uint32_t material) {
+       maker.add(material, scene::Box{{-20, -2, -20}, {20, 0, 20}});
+     }},
+};
+
+class ACatcherThatIs : public testing::TestWithParam<Ground> {};
+INSTANTIATE_TEST_SUITE_P(Grounds, ACatcherThatIs, testing::ValuesIn(grounds),
+                         [](const auto& of) { return std::string(of.param.name); });
+
+TEST_P(ACatcherThatIs, NotesWhatAWhiteSurfaceOfItsShapeShows) {
+  const auto image_of = [&](bool catches, bool shadowed) {
+    SceneMaker maker;
+    const std::uint32_t material = catches ? maker.dielectric(1.5) : maker.diffuse(1);
+    if (catches) {
+      auto& glass = std::get<scene::Dielectric>(maker.description.materials[material].surface);
+      glass.attenuation_color = {0.5, 0.5, 0.5};
+      glass.attenuation_distance = 0.1;
+    }
+    GetParam().add(maker, material);
+    for (scene::Shape& shape : maker.description.shapes) shape.visibility.shadow_catcher = catches;
+    for (scene::Instance& instance : maker.description.instances)
+      instance.visibility.shadow_catcher = catches;
+    if (shadowed) maker.add(maker.diffuse(0.25), scene::Sphere{{0, 1, 0}, 0.7});
+    maker.look({0, 5, 7}, {0, 0.5, 0}, 40, {0, 1, 0});
+    maker.description.film_transparent = true;
+    add_lights_of_all_kinds(maker);
+    add_painted_lamp(maker);
+    return taken(maker, 64);
+  };
+  expect_caught(image_of(true, true), image_of(false, true), image_of(false, false));
 }
 
 TEST_P(ACatcherUnder, IsTheSameByEveryIntegrator) {
