@@ -9,6 +9,7 @@
 
 #include "common/base/error.hpp"
 #include "tests/render/support.hpp"
+#include "worker/render/integrators/integrator.hpp"
 
 /// The exactness contract: a sample is a function of (scene, frame, pixel, index, seed) alone.
 namespace tessera::render::proof {
@@ -82,7 +83,8 @@ TEST(Bits, DoNotDependOnHowTheFilmIsCut) {
 
 TEST(Bits, APassIsTheSumOfItsSamplesRoundedOnce) {
   const Scene scene = room();
-  constexpr std::int64_t count = 9;
+  // More than go side by side, and not a multiple of them.
+  constexpr auto count = static_cast<std::int64_t>(samples_at_once) + 5;
   const image::TileImage pass = taken(scene, whole(3, count), 2);
   std::vector<image::TileImage> singles;
   for (std::int64_t k = 0; k < count; ++k) singles.push_back(taken(scene, whole(3 + k, 1), 2));

@@ -67,32 +67,52 @@ struct Plan {
 struct Block {
   Trace trace;
   AovSums aovs;
-  SampleExtras extras;
+  std::vector<SampleExtras> extras;   ///< samples_at_once, or none: nobody asks for them
+  std::vector<CameraSample> samples;  ///< those that are under way
+  PixelSets sets;                     ///< of the pixel
 };
+
+/// A sample of a pixel as it leaves the camera.
+CameraSample leave_camera(const Plan& plan, PixelSets& sets, int x, int y, std::int64_t index) {
+  const Sampler sampler(plan.sampler, sets, static_cast<std::uint64_t>(index));
+  const Draw4 film = sampler.draw4(dim::film_set);
+  const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
+  const Vec2 offset = plan.filter->sample(film.pair(dim::film));
+  CameraSample out{.sampler = sampler,
+                   .ray = plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
+                   .record = {}};
+  out.record.clamp = plan.clamp;
+  return out;
+}
 
 /// Takes all samples of one pixel. Returns how many were rejected.
 std::int64_t render_pixel(const Plan& plan, Block& block, int x, int y, PixelSums& sums) {
+  constexpr auto at_once = static_cast<std::int64_t>(samples_at_once);
   std::int64_t rejected = 0;
-  SampleRecord record;
-  record.clamp = plan.clamp;
-  if (block.aovs.wanted().extras) record.extras = &block.extras;
   block.aovs.clear();
+  block.sets.start(
+      pixel_hash(plan.seed, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)));
   const SampleRange range = plan.request.samples;
-  for (std::int64_t index = range.first; index < range.end(); ++index) {
-    const Sampler sampler(plan.sampler, plan.seed, static_cast<std::uint32_t>(x),
-                          static_cast<std::uint32_t>(y), static_cast<std::uint64_t>(index));
-    const Draw4 film = sampler.draw4(dim::film_set);
-    const float time = plan.scene.moving ? sampler.draw4(dim::path_set)[dim::time] : 0.0F;
-    const Vec2 offset = plan.filter->sample(film.pair(dim::film));
-    record.clear();
-    plan.integrator(block.trace, sampler, plan.camera.ray(x, y, offset, film.pair(dim::lens), time),
-                    record);
-    if (!record.finite()) {
-      record.clear();
-      ++rejected;
+  for (std::int64_t first = range.first; first < range.end(); first += at_once) {
+    block.samples.clear();
+    const std::int64_t end = std::min(first + at_once, range.end());
+    for (std::int64_t index = first; index < end; ++index) {
+      CameraSample& sample =
+          block.samples.emplace_back(leave_camera(plan, block.sets, x, y, index));
+      if (block.extras.empty()) continue;
+      sample.record.extras = &block.extras[static_cast<std::size_t>(index - first)];
+      sample.record.extras->clear();
     }
-    sums.add(record);
-    block.aovs.add(record);
+    plan.integrator(block.trace, block.samples);
+    for (CameraSample& sample : block.samples) {
+      SampleRecord& record = sample.record;
+      if (!record.finite()) {
+        record.clear();
+        ++rejected;
+      }
+      sums.add(record);
+      block.aovs.add(record);
+    }
   }
   block.aovs.finish();
   return rejected;
@@ -115,12 +135,19 @@ void render_block(const Plan& plan, const Rect& rect, image::TileImage& image, C
                         .follow_specular = settings.aovs_follow_specular,
                         .closure = {}},
               .aovs = AovSums(*image.layout, plan.request.aovs, plan.scene.light_groups),
-              .extras = {}};
+              .extras = {},
+              .samples = {},
+              .sets = {}};
   const AovSums::Wanted& wanted = block.aovs.wanted();
   block.trace.by_lobe = wanted.by_lobe;
   block.trace.coordinates = wanted.coordinates;
   block.trace.identities = wanted.identities;
-  if (wanted.by_group) block.extras.by_group.resize(plan.scene.light_groups.size());
+  block.samples.reserve(samples_at_once);
+  if (wanted.extras) block.extras.resize(samples_at_once);
+  if (wanted.by_group) {
+    for (SampleExtras& extras : block.extras)
+      extras.by_group.resize(plan.scene.light_groups.size());
+  }
   const std::size_t channels = image.channels();
   const std::size_t pixels = image.pixels();
   std::int64_t rejected = 0;

@@ -74,8 +74,42 @@ SamplerKind sampler_kind(std::string_view name);
 std::vector<std::string_view> sampler_names();
 
 /// Set `set` at `index` by any kind.
-std::array<std::uint32_t, 4> addressed_draw(SamplerKind kind, std::uint64_t pixel_hash,
-                                            std::uint32_t set, std::uint64_t index);
+[[gnu::noinline]] std::array<std::uint32_t, 4> addressed_draw(SamplerKind kind,
+                                                              std::uint64_t pixel_hash,
+                                                              std::uint32_t set,
+                                                              std::uint64_t index);
+
+/// What names a pixel's numbers. `seed` is the frame's (frame_seed).
+constexpr std::uint64_t pixel_hash(std::uint64_t seed, std::uint32_t x, std::uint32_t y) {
+  return hash_combine(seed, (static_cast<std::uint64_t>(y) << 32) | x);
+}
+
+/// What all samples of one pixel share of their draws by the default sampler: each set's key, made
+/// when it is first asked for. For one thread.
+class PixelSets {
+ public:
+  static constexpr std::uint32_t count = 64;  ///< those of the camera and the first 15 bounces
+
+  /// From now on of this pixel.
+  void start(std::uint64_t pixel_hash) {
+    pixel_hash_ = pixel_hash;
+    made_ = 0;
+  }
+  [[nodiscard]] std::uint64_t pixel() const { return pixel_hash_; }
+  /// set < count.
+  const SobolSet& operator[](std::uint32_t set) {
+    const std::uint64_t bit = std::uint64_t{1} << set;
+    if ((made_ & bit) == 0) {
+      sets_[set] = sobol_set(pixel_hash_, set);
+      made_ |= bit;
+    }
+    return sets_[set];
+  }
+
+ private:
+  std::uint64_t pixel_hash_ = 0, made_ = 0;
+  std::array<SobolSet, count> sets_;
+};
 
 /// The random numbers of one sample of one pixel. A number is a function of (kind, seed, pixel,
 /// sample, dimension) alone: it is the same whatever was drawn before, on whichever thread or
@@ -85,15 +119,25 @@ class Sampler {
   /// `seed` is the frame's (frame_seed). `sample` counts from 0 within the pixel, over all passes.
   Sampler(SamplerKind kind, std::uint64_t seed, std::uint32_t x, std::uint32_t y,
           std::uint64_t sample)
-      : pixel_hash_(hash_combine(seed, (static_cast<std::uint64_t>(y) << 32) | x)),
+      : pixel_hash_(pixel_hash(seed, x, y)), sample_(sample), kind_(kind) {}
+  /// The same numbers in less time, for one of many samples of the pixel whose sets these are; they
+  /// must outlive the sampler.
+  Sampler(SamplerKind kind, PixelSets& pixel, std::uint64_t sample)
+      : pixel_hash_(pixel.pixel()),
         sample_(sample),
+        sets_(kind == SamplerKind::sobol_owen && (sample >> 32) == 0 ? &pixel : nullptr),
+        reversed_sample_(reverse_bits(static_cast<std::uint32_t>(sample))),
         kind_(kind) {}
 
   /// The set at this sample's index.
-  [[nodiscard]] Draw4 draw4(std::uint32_t set) const { return draw_at(set, sample_); }
+  [[nodiscard]] Draw4 draw4(std::uint32_t set) const {
+    if (sets_ != nullptr && set < PixelSets::count)
+      return Draw4(sobol_owen_draw((*sets_)[set], reversed_sample_));
+    return draw_at(set, sample_);
+  }
   /// The set for the j-th of n draws that one sample makes of it (0 ≤ j < n): index sample·n + j.
   [[nodiscard]] Draw4 draw4(std::uint32_t set, std::uint32_t j, std::uint32_t n) const {
-    return draw_at(set, sample_ * n + j);
+    return n == 1 ? draw4(set) : draw_at(set, sample_ * n + j);
   }
   /// One dimension, 4·set + place. It costs as much as its whole set.
   [[nodiscard]] float draw1(std::uint32_t dimension) const {
@@ -109,13 +153,13 @@ class Sampler {
 
  private:
   [[nodiscard]] Draw4 draw_at(std::uint32_t set, std::uint64_t index) const {
-    // The default's call stands in the loop of the integrators; the others share one.
-    if (kind_ == SamplerKind::sobol_owen) return Draw4(sobol_owen_draw(pixel_hash_, set, index));
     return Draw4(addressed_draw(kind_, pixel_hash_, set, index));
   }
 
   std::uint64_t pixel_hash_;
   std::uint64_t sample_;
+  PixelSets* sets_ = nullptr;
+  std::uint32_t reversed_sample_ = 0;  ///< where there are sets_
   SamplerKind kind_;
 };
 

@@ -39,7 +39,7 @@ constexpr std::array<std::array<std::uint32_t, 32>, 4> directions = {
     directions_of(polynomials[0]), directions_of(polynomials[1]), directions_of(polynomials[2]),
     directions_of(polynomials[3])};
 
-constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+constexpr std::uint32_t reversed(std::uint32_t x) {
   x = __builtin_bswap32(x);
   x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
   x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
@@ -50,7 +50,7 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
 using Lanes = std::uint32_t __attribute__((vector_size(16)));
 using Bytes = std::uint8_t __attribute__((vector_size(16)));
 
-Lanes reverse_bits(Lanes x) {
+Lanes reversed(Lanes x) {
   const auto bytes = std::bit_cast<Bytes>(x);
   x = std::bit_cast<Lanes>(
       __builtin_shufflevector(bytes, bytes, 3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
@@ -86,7 +86,7 @@ constexpr Tables make_tables() {
         for (std::uint32_t bit = 0; bit < 8; ++bit) {
           if (((value >> bit) & 1) != 0) x ^= directions[d][31 - (8 * byte + bit)];
         }
-        tables.point[byte][value][d] = reverse_bits(x);
+        tables.point[byte][value][d] = reversed(x);
       }
     }
   }
@@ -115,10 +115,12 @@ Lanes seeds_of(std::uint64_t key) {
                static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
 }
 
-/// The point at the shuffled index, bit-reversed.
-Lanes shuffled_point(std::uint64_t key, std::uint64_t index) {
-  const std::uint32_t shuffled = scramble_reversed(reverse_bits(static_cast<std::uint32_t>(index)),
-                                                   static_cast<std::uint32_t>(key >> 32));
+/// What the order of a sequence is shuffled by.
+std::uint32_t shuffle_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
+
+/// The point at the shuffled index, both bit-reversed.
+Lanes shuffled_point(std::uint32_t shuffle, std::uint32_t reversed_index) {
+  const std::uint32_t shuffled = scramble_reversed(reversed_index, shuffle);
   return load(tables.point[0][shuffled & 255]) ^ load(tables.point[1][(shuffled >> 8) & 255]) ^
          load(tables.point[2][(shuffled >> 16) & 255]) ^ load(tables.point[3][shuffled >> 24]);
 }
@@ -133,18 +135,33 @@ std::uint32_t sobol_plain(std::uint32_t index, std::uint32_t dimension) {
   return x;
 }
 
+std::uint32_t reverse_bits(std::uint32_t x) { return reversed(x); }
+
+SobolSet sobol_set(std::uint64_t pixel_hash, std::uint32_t set) {
+  const std::uint64_t key = sequence_key(pixel_hash, set, 0);
+  return {.shuffle = shuffle_of(key),
+          .scramble = std::bit_cast<std::array<std::uint32_t, 4>>(seeds_of(key))};
+}
+
+std::array<std::uint32_t, 4> sobol_owen_draw(const SobolSet& set, std::uint32_t reversed_index) {
+  const Lanes point = shuffled_point(set.shuffle, reversed_index);
+  return std::bit_cast<std::array<std::uint32_t, 4>>(
+      reversed(scramble_reversed(point, std::bit_cast<Lanes>(set.scramble))));
+}
+
 std::array<std::uint32_t, 4> sobol_owen_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                              std::uint64_t index) {
   const std::uint64_t key = sequence_key(pixel_hash, set, index);
+  const Lanes point = shuffled_point(shuffle_of(key), reversed(static_cast<std::uint32_t>(index)));
   return std::bit_cast<std::array<std::uint32_t, 4>>(
-      reverse_bits(scramble_reversed(shuffled_point(key, index), seeds_of(key))));
+      reversed(scramble_reversed(point, seeds_of(key))));
 }
 
 std::array<std::uint32_t, 4> sobol_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                         std::uint64_t index) {
   const std::uint64_t key = sequence_key(pixel_hash, set, index);
-  return std::bit_cast<std::array<std::uint32_t, 4>>(
-      reverse_bits(shuffled_point(key, index) ^ seeds_of(key)));
+  const Lanes point = shuffled_point(shuffle_of(key), reversed(static_cast<std::uint32_t>(index)));
+  return std::bit_cast<std::array<std::uint32_t, 4>>(reversed(point ^ seeds_of(key)));
 }
 
 }  // namespace tessera::render

@@ -11,6 +11,18 @@ namespace tessera::render {
 std::array<std::uint32_t, 4> sobol_owen_draw(std::uint64_t pixel_hash, std::uint32_t set,
                                              std::uint64_t index);
 
+/// By what a pixel's set is shuffled and scrambled for indices below 2^32: the same for all of its
+/// samples.
+struct SobolSet {
+  std::uint32_t shuffle = 0;
+  std::array<std::uint32_t, 4> scramble{};
+};
+SobolSet sobol_set(std::uint64_t pixel_hash, std::uint32_t set);
+
+std::uint32_t reverse_bits(std::uint32_t x);
+/// The same draw as by the pixel and the set's number, of an index whose bits are reversed.
+std::array<std::uint32_t, 4> sobol_owen_draw(const SobolSet& set, std::uint32_t reversed_index);
+
 /// The Sobol' sequence without scrambling: only shifted, bit by bit (exclusive or with one number
 /// for each dimension, the base-2 form of Cranley and Patterson's rotation; Kollig and Keller,
 /// "Efficient Multidimensional Sampling", 2002).

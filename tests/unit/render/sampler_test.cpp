@@ -291,5 +291,28 @@ TEST(Hash, AlphaNumbersAreUniformAndDependOnWhatIsHit) {
   EXPECT_NE(alpha_number(1, 0, 1, 0), alpha_number(1, 0, 0, 1));
 }
 
+TEST(PixelSets, GiveTheSamplesOfTheirPixelTheSameNumbers) {
+  PixelSets sets;
+  for (const std::uint32_t x : {3U, 4U}) {
+    sets.start(pixel_hash(7, x, 5));
+    for (const std::string_view name : sampler_names()) {
+      const SamplerKind kind = sampler_kind(name);
+      for (const std::uint64_t sample :
+           {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{0x89abcdefU},
+            std::uint64_t{0xffffffffU}, std::uint64_t{0x1'0000'0003U}}) {
+        const Sampler alone(kind, 7, x, 5, sample), shared(kind, sets, sample);
+        EXPECT_EQ(shared.hash(), alone.hash());
+        for (const std::uint32_t set : {0U, 1U, 2U, 63U, 64U, 1000U}) {
+          EXPECT_EQ(point_of(shared, set), point_of(alone, set)) << name << ' ' << sample;
+          for (std::uint32_t j = 0; j < 3; ++j) {
+            EXPECT_EQ(shared.draw4(set, j, 3).bits(1), alone.draw4(set, j, 3).bits(1)) << name;
+          }
+          EXPECT_EQ(shared.draw4(set, 0, 1).bits(2), alone.draw4(set).bits(2)) << name;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::render

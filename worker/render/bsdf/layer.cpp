@@ -21,14 +21,13 @@ Vec2 direction_of(float angle) {
 }
 
 Layer::Layer(const Source& source, const Frame& shading, const ggx::Roughness& roughness,
-             Vec2 direction)
-    : frame(shading) {
-  energy::Slant wo{.cosine = facing(shading, source)};
-  if (roughness.alpha_x != roughness.alpha_y) {
-    frame = turned_tangent(source, shading, direction);
-    wo = energy::slant_of(frame.to_local(source.point.wo));
+             Vec2 direction) {
+  if (roughness.alpha_x == roughness.alpha_y) {
+    view = microfacet::view_of(roughness, {.cosine = facing(shading, source)});
+    return;
   }
-  view = microfacet::view_of(roughness, wo);
+  brushed = turned_tangent(source, shading, direction);
+  view = microfacet::view_of(roughness, energy::slant_of(brushed->to_local(source.point.wo)));
 }
 
 void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
@@ -38,9 +37,9 @@ void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
     out.add(lobe, weight);
     return;
   }
-  Lobe brushed = lobe;
-  brushed.frame = out.add_frame(frame);
-  out.add(brushed, weight);
+  Lobe turned = lobe;
+  turned.frame = out.add_frame(*brushed);
+  out.add(turned, weight);
 }
 
 microfacet::Surface passing_of(const ggx::Roughness& roughness) {

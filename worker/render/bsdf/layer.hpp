@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "worker/render/bsdf/inputs.hpp"
 #include "worker/render/bsdf/microfacet.hpp"
@@ -27,7 +28,7 @@ Vec2 direction_of(float angle);
 /// Microfacets at a hit, in a frame of their own where they are brushed: along `direction`, of any
 /// length, by the surface's tangent and across.
 struct Layer {
-  Frame frame;
+  std::optional<Frame> brushed;  ///< none: they stand in the shading frame
   microfacet::View view;
 
   Layer(const Source& source, const Frame& shading, const ggx::Roughness& roughness,

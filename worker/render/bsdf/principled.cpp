@@ -175,8 +175,8 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
     out.add({.kind = LobeKind::diffuse, .weight = tinted_base(source)});
     return;
   }
-  const float below = add_coat(coat_at(source), out);
-  out.emission += emission.at(source) * below;
+  const float below = coat.factor > 0 ? add_coat(coat_at(source), out) : 1;
+  if (!is_black(emission.factor)) out.emission += emission.at(source) * below;
   if (everywhere_ && !has_vertex_color(source)) {
     add(*everywhere_, source, below, out);
   } else {

@@ -19,8 +19,6 @@ struct CosineRules {
 
 }  // namespace
 
-void cosine(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
-  walk<CosineRules>(trace, sampler, ray, record);
-}
+void cosine(Trace& trace, std::span<CameraSample> samples) { walk<CosineRules>(trace, samples); }
 
 }  // namespace tessera::render

@@ -8,6 +8,6 @@ namespace tessera::render {
 ///   Lo(ωo) = Le(ωo) + 1/N·Σ f·Li·cos θi / p(ωi),
 /// whose terms are ρ·Li there: in a constant environment without any variance. Light is found only
 /// by running into it. Roulette on throughput·η², as in path().
-void cosine(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record);
+void cosine(Trace& trace, std::span<CameraSample> samples);
 
 }  // namespace tessera::render

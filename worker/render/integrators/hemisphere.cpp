@@ -55,8 +55,8 @@ BsdfSample sample_hemisphere(const Closure& closure, const Vec3& wo, const Draw4
           .transmission = transmission};
 }
 
-void hemisphere(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
-  walk<HemisphereRules>(trace, sampler, ray, record);
+void hemisphere(Trace& trace, std::span<CameraSample> samples) {
+  walk<HemisphereRules>(trace, samples);
 }
 
 }  // namespace tessera::render

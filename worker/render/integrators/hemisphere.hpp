@@ -17,6 +17,6 @@ namespace tessera::render {
 /// leaves the scene, or where nothing is scattered. Roulette on throughput would not change the
 /// mean and would save rays; but it only ever ends paths that carry little and makes the rest carry
 /// more, so the second moment that grows by itself would grow faster.
-void hemisphere(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record);
+void hemisphere(Trace& trace, std::span<CameraSample> samples);
 
 }  // namespace tessera::render

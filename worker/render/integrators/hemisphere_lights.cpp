@@ -44,8 +44,8 @@ struct HemisphereLightsRules : HemisphereRules {
 
 }  // namespace
 
-void hemisphere_lights(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
-  walk<HemisphereLightsRules>(trace, sampler, ray, record);
+void hemisphere_lights(Trace& trace, std::span<CameraSample> samples) {
+  walk<HemisphereLightsRules>(trace, samples);
 }
 
 }  // namespace tessera::render

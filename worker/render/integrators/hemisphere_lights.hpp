@@ -15,6 +15,6 @@ namespace tessera::render {
 /// path() does; the report has a single light, where there is nothing to choose. There is no
 /// multiple importance sampling: close to a light its 1/r² is unbounded. No roulette either (see
 /// hemisphere()).
-void hemisphere_lights(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record);
+void hemisphere_lights(Trace& trace, std::span<CameraSample> samples);
 
 }  // namespace tessera::render

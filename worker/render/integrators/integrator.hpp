@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -21,16 +23,25 @@ struct Trace {
   bool aovs = false;             ///< albedo, normal and z are wanted
   bool follow_specular = false;  ///< albedo and normal are those of the first hit that is no delta
   std::int64_t rays = 0;         ///< counted up; one that goes through surfaces is one
-  bool by_lobe = false;          ///< `first` is wanted
-  LobeShares first;              ///< of the path's first scattering
+  bool by_lobe = false;          ///< PathState::first is wanted
   bool coordinates = false;      ///< the first hit's texture coordinates are wanted
   bool identities = false;       ///< so is what it belongs to
   Closure closure;               ///< of the present hit; it is too large to be made anew for each
 };
 
-/// Takes one sample: follows `ray` and writes what it saw into a fresh record.
-using Integrator = void (*)(Trace& trace, const Sampler& sampler, const Ray& ray,
-                            SampleRecord& record);
+/// One sample of a pixel.
+struct CameraSample {
+  Sampler sampler;      ///< its numbers
+  Ray ray;              ///< as it leaves the camera
+  SampleRecord record;  ///< what it saw; fresh at first
+};
+/// So many samples of a pixel go side by side at the most: while one waits for memory, others are
+/// at work.
+inline constexpr std::size_t samples_at_once = 16;
+
+/// Takes up to samples_at_once samples of one pixel: follows each one's ray and writes what it saw
+/// into its record. None depends on the others.
+using Integrator = void (*)(Trace& trace, std::span<CameraSample> samples);
 
 /// From a name of the table in integrator.cpp; throws Error{bad_input} that lists the valid names.
 Integrator integrator(std::string_view name);

@@ -1,5 +1,8 @@
 #include "worker/render/integrators/path.hpp"
 
+#include <array>
+#include <optional>
+
 #include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/found_weight.hpp"
 #include "worker/render/integrators/holes.hpp"
@@ -9,9 +12,8 @@
 namespace tessera::render {
 namespace {
 
-/// `first_draw` is the light set's draw 0 of light_samples.
-void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
-                const PathState& path, const Interaction& at, SampleRecord& record) {
+void add_direct(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
+                SampleRecord& record) {
   const Closure& closure = trace.closure;
   const LightContext& context = path.last_context;
   const auto count = static_cast<std::uint32_t>(trace.light_samples);
@@ -19,8 +21,7 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
   const Scene& scene = trace.scene;
   for (std::uint32_t j = 0; j < count; ++j) {
     const Draw4 draw =
-        j == 0 ? first_draw
-               : sampler.draw4(dim::light_set(static_cast<std::uint32_t>(path.depth)), j, count);
+        sampler.draw4(dim::light_set(static_cast<std::uint32_t>(path.depth)), j, count);
     const LightSample light =
         scene.lights.sample(context, draw.bits(dim::light_pick), draw.pair(dim::light));
     if (!light || is_black(light.radiance)) continue;
@@ -35,67 +36,80 @@ void add_direct(Trace& trace, const Sampler& sampler, const Draw4& first_draw,
   }
 }
 
-/// The next hit. Its face is already on its way into the caches.
-accel::Hit intersect(const Scene& scene, const Ray& ray, accel::Mask mask) {
-  const accel::Hit hit = scene.intersect(ray, mask);
-  if (hit.any()) prefetch_face(scene.geometry_of(hit), hit.primitive);
-  return hit;
-}
-/// The same for a ray that sets out.
-accel::Hit trace_ray(Trace& trace, const Ray& ray, accel::Mask mask) {
+/// A path that is under way.
+struct Lane {
+  CameraSample& sample;
+  PathState path;
+  accel::Hit hit;
+
+  explicit Lane(CameraSample& taken) : sample(taken) { path.ray = taken.ray; }
+};
+
+/// Follows a path over what it met. False if it ends there.
+bool step(Trace& trace, Lane& lane) {
+  const Scene& scene = trace.scene;
+  const Sampler& sampler = lane.sample.sampler;
+  SampleRecord& record = lane.sample.record;
+  Closure& closure = trace.closure;
+  PathState& path = lane.path;
+  const FoundWeight weight{trace, path};
+  if (!lane.hit.any()) {
+    see_far(trace, path, weight, record);
+    return false;
+  }
+  Interaction at = surface_at(scene, path.ray, lane.hit);
+  const CompiledMaterial& material = scene.materials[at.material];
+  if (path.media.size() > 0) absorb(trace, path, at.t);
+  if (material.may_pass && passes(trace, sampler, path, at)) return path.passes != passes_most;
+  evaluate(material, scene.textures, at.shading, closure);
+  if (path.undescribed) {
+    if (is_hole(trace, sampler, path, at, record)) return false;
+    describe(trace, lane.hit, at, path, record);
+  }
+  see_emission(trace, path, at, weight, record);
+  if (path.depth > trace.bounces || closure.count == 0) return false;
+
+  path.last_context = light_context(at, closure, path);
+  if (closure.has_smooth && !scene.lights.empty()) add_direct(trace, sampler, path, at, record);
+  const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
+  const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
+  if (!drawn || !advance(trace, path, at, drawn, draw[dim::roulette])) return false;
   ++trace.rays;
-  return intersect(trace.scene, ray, mask);
+  if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
+  return true;
 }
 
 }  // namespace
 
 // The other integrators share its steps, so the compiler would call them one by one; in line they
 // keep their values in registers.
-[[gnu::flatten]] void path(Trace& trace, const Sampler& sampler, const Ray& ray,
-                           SampleRecord& record) {
+[[gnu::flatten]] void path(Trace& trace, std::span<CameraSample> samples) {
   const Scene& scene = trace.scene;
-  Closure& closure = trace.closure;
-  const bool lit = !scene.lights.empty();
-  const auto light_samples = static_cast<std::uint32_t>(trace.light_samples);
-  PathState path;
-  path.ray = ray;
-  const FoundWeight weight{trace, path};
-  accel::Hit hit = trace_ray(trace, path.ray, ray_mask::camera);
-  for (;;) {
-    if (!hit.any()) return see_far(trace, path, weight, record);
-    // A large scene's face is not in the caches, and its corners come after its indices: the random
-    // numbers are made while memory answers.
-    const auto depth = static_cast<std::uint32_t>(path.depth);
-    const Draw4 draw = sampler.draw4(dim::bsdf_set(depth));
-    prefetch_corners(scene.geometry_of(hit), hit.primitive);
-    const Draw4 light_draw = sampler.draw4(dim::light_set(depth), 0, light_samples);
-
-    Interaction at = surface_at(scene, path.ray, hit);
-    const CompiledMaterial& material = scene.materials[at.material];
-    if (path.media.size() > 0) absorb(trace, path, at.t);
-    if (material.may_pass && passes(trace, sampler, path, at)) {
-      if (path.passes == passes_most) return;
-      hit = intersect(scene, path.ray, mask_of(path));
-      continue;
+  std::array<std::optional<Lane>, samples_at_once> lanes;
+  std::array<Lane*, samples_at_once> going{};
+  std::size_t count = 0;
+  for (CameraSample& sample : samples) {
+    going[count] = &lanes[count].emplace(sample);
+    ++count;
+  }
+  trace.rays += static_cast<std::int64_t>(count);
+  // All of them meet something before any of them looks at what it met. A large scene's faces are
+  // not in the caches: they are asked for at once, and their corners when the indices are there.
+  while (count > 0) {
+    for (std::size_t i = 0; i < count; ++i) {
+      Lane& lane = *going[i];
+      lane.hit = scene.intersect(lane.path.ray, mask_of(lane.path));
+      if (lane.hit.any()) prefetch_face(scene.geometry_of(lane.hit), lane.hit.primitive);
     }
-    evaluate(material, scene.textures, at.shading, closure);
-    if (path.undescribed) {
-      if (is_hole(trace, sampler, path, at, record)) return;
-      describe(trace, hit, at, path, record);
+    for (std::size_t i = 0; i < count; ++i) {
+      const accel::Hit& hit = going[i]->hit;
+      if (hit.any()) prefetch_corners(scene.geometry_of(hit), hit.primitive);
     }
-    see_emission(trace, path, at, weight, record);
-    if (path.depth > trace.bounces || closure.count == 0) return;
-
-    path.last_context = light_context(at, closure, path);
-    const PathState here = path;
-    const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
-    const bool goes_on = drawn && advance(trace, path, at, drawn, draw[dim::roulette]);
-    // The path's next hit comes before the light of this one, so that light is sampled and its
-    // shadow ray traced while memory brings the next face.
-    if (goes_on) hit = trace_ray(trace, path.ray, ray_mask::indirect);
-    if (closure.has_smooth && lit) add_direct(trace, sampler, light_draw, here, at, record);
-    if (!goes_on) return;
-    if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (step(trace, *going[i])) going[left++] = going[i];
+    }
+    count = left;
   }
 }
 

@@ -7,6 +7,6 @@ namespace tessera::render {
 /// importance sampling by the power heuristic (Veach 1997), and roulette on throughput·η². A hit at
 /// depth d (the camera's is 0) scatters if d ≤ bounces; the hit after that is looked at for its
 /// emission only.
-void path(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record);
+void path(Trace& trace, std::span<CameraSample> samples);
 
 }  // namespace tessera::render

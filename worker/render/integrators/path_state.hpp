@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "worker/render/bsdf/bsdf.hpp"
+#include "worker/render/bsdf/lobe_shares.hpp"
 #include "worker/render/lights/light.hpp"
 #include "worker/render/ray.hpp"
 
@@ -59,6 +60,7 @@ struct PathState {
   int depth = 0;              ///< how often the path has scattered
   int passes = 0;             ///< how many surfaces it went through that were not there
   float passed_to = 0;        ///< as far along the ray the medium's absorption is paid for
+  LobeShares first;           ///< of the first scattering; where nobody asks, nothing
 };
 
 }  // namespace tessera::render

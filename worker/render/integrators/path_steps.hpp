@@ -48,7 +48,7 @@ void add_far(const Trace& trace, const PathState& path, Weight weight, SampleRec
     const Light& far = trace.scene.lights[light];
     const Color sent = emitted(far, path.last_context, path.ray.direction);
     if (is_black(sent)) continue;
-    record.add(path.throughput * sent * weight(light, hit), trace.first, path.depth, far.group);
+    record.add(path.throughput * sent * weight(light, hit), path.first, path.depth, far.group);
   }
 }
 
@@ -65,7 +65,7 @@ void see_far(const Trace& trace, const PathState& path, Weight weight, SampleRec
 /// Adds what the surface that the path met emits, times `weight`.
 inline void add_emission(const Trace& trace, const PathState& path, const Interaction& at,
                          const Color& emission, float weight, SampleRecord& record) {
-  record.add(path.throughput * emission * weight, trace.first, path.depth,
+  record.add(path.throughput * emission * weight, path.first, path.depth,
              trace.scene.materials[at.material].light_group);
 }
 
@@ -177,13 +177,13 @@ inline void add_lit(const Trace& trace, const PathState& path, const Interaction
   if (trace.by_lobe && path.depth == 0)
     record.add(brought, lobe_shares(trace.closure, at.shading.wo, light.wi), 1, group);
   else
-    record.add(brought, trace.first, path.depth + 1, group);
+    record.add(brought, path.first, path.depth + 1, group);
 }
 
 /// Scatters the path as was drawn: all of the step but the ray.
 inline void scatter(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn) {
   if (trace.by_lobe && path.depth == 0)
-    trace.first = lobe_shares(trace.closure, at.shading.wo, drawn);
+    path.first = lobe_shares(trace.closure, at.shading.wo, drawn);
   path.throughput *= drawn.weight;
   path.eta_squared *= drawn.eta * drawn.eta;
   if (drawn.transmission && trace.scene.materials[at.material].interface) {

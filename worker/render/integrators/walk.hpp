@@ -18,11 +18,13 @@ namespace tessera::render {
 /// - bool roulette: whether paths of little throughput may be ended.
 /// Depths, channels and rays are counted as path() does.
 template <class Rules>
-void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& record) {
+void walk(Trace& trace, CameraSample& taken) {
   const Scene& scene = trace.scene;
+  const Sampler& sampler = taken.sampler;
+  SampleRecord& record = taken.record;
   Closure& closure = trace.closure;
   PathState path;
-  path.ray = ray;
+  path.ray = taken.ray;
   const auto weight = [&](std::uint32_t light, const LightHit& /*hit*/) {
     return Rules::counts(trace, path, light) ? 1.0F : 0.0F;
   };
@@ -56,6 +58,12 @@ void walk(Trace& trace, const Sampler& sampler, const Ray& ray, SampleRecord& re
     ++trace.rays;
     if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
   }
+}
+
+/// One sample after the other.
+template <class Rules>
+void walk(Trace& trace, std::span<CameraSample> samples) {
+  for (CameraSample& taken : samples) walk<Rules>(trace, taken);
 }
 
 }  // namespace tessera::render
