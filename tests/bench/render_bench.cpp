@@ -225,11 +225,14 @@ render::TaskStats run(const render::Scene& scene, const render::TaskRequest& req
   return done->stats;
 }
 
+/// A pass as most of a job's are: of sixteen samples or more.
+render::TaskRequest usual_pass() { return request_for(128, 16); }
+
 void measure_share(const std::string& name, const render::Scene& scene) {
   constexpr std::int64_t ticks_wanted = 2500;
   ticks_inside = ticks_all = 0;
   render::TaskStats sum;
-  render::TaskRequest request = request_for(256, 4);
+  render::TaskRequest request = usual_pass();
   run(scene, request, 1);
   set_ticking(true);
   while (ticks_all < ticks_wanted) {
@@ -258,8 +261,8 @@ void replay(const std::string& name, const render::Scene& scene) {
   recorded.clear();
   recorded.reserve(4'000'000);
   recording = true;
-  render::TaskRequest request = request_for(256, 4);
-  request.samples.first = 4;
+  render::TaskRequest request = usual_pass();
+  request.samples.first = request.samples.count;
   run(scene, request, 1);
   recording = false;
   std::vector<double> seconds_of;
