@@ -111,6 +111,31 @@ TEST(Bits, APassIsTheSumOfItsSamplesRoundedOnce) {
   }
 }
 
+TEST(Bits, WhatStandsBesideThePictureIsEachSamplesOwn) {
+  // Samples that go side by side share nothing of what they saw.
+  const Scene scene = room();
+  constexpr auto count = static_cast<std::int64_t>(samples_at_once) + 5;
+  const auto with = [](TaskRequest request) {
+    request.settings.aovs = {"albedo",   "N",       "P",        "direct",
+                             "indirect", "diffuse", "specular", "transmission"};
+    return request;
+  };
+  const image::TileImage pass = taken(scene, with(whole(0, count)), 2);
+  std::vector<image::TileImage> singles;
+  for (std::int64_t k = 0; k < count; ++k) singles.push_back(taken(scene, with(whole(k, 1)), 2));
+  ASSERT_EQ(pass.channels(), image::M2_B + 1 + 8 * 3U);
+  for (std::size_t c = image::M2_B + 1; c < pass.channels(); ++c) {
+    bool seen = false;
+    for (std::size_t i = 0; i < pass.pixels(); ++i) {
+      double sum = 0;
+      for (const auto& single : singles) sum += single.plane(c)[i];
+      ASSERT_EQ(pass.plane(c)[i], static_cast<float>(sum / count)) << "channel " << c;
+      seen = seen || sum != 0;
+    }
+    EXPECT_TRUE(seen) << "channel " << c;
+  }
+}
+
 TEST(Bits, APassWithoutAovsHasTheSameBeauty) {
   const Scene scene = room();
   TaskRequest request = whole(0, 4);

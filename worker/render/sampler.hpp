@@ -137,7 +137,11 @@ class Sampler {
   }
   /// The set for the j-th of n draws that one sample makes of it (0 ≤ j < n): index sample·n + j.
   [[nodiscard]] Draw4 draw4(std::uint32_t set, std::uint32_t j, std::uint32_t n) const {
-    return n == 1 ? draw4(set) : draw_at(set, sample_ * n + j);
+    if (n == 1) return draw4(set);
+    const std::uint64_t index = sample_ * n + j;
+    if (sets_ != nullptr && set < PixelSets::count && (index >> 32) == 0)
+      return Draw4(sobol_owen_draw((*sets_)[set], reverse_bits(static_cast<std::uint32_t>(index))));
+    return draw_at(set, index);
   }
   /// One dimension, 4·set + place. It costs as much as its whole set.
   [[nodiscard]] float draw1(std::uint32_t dimension) const {

@@ -47,8 +47,9 @@ Vec3 extent_of_emitter(const render::Geometry& geometry, std::uint32_t face) {
 
 class LightMaker {
  public:
-  explicit LightMaker(const scene::Transform& to_world)
-      : to_world_(to_world), mirrored_(determinant(linear(to_world)) < 0) {}
+  /// `origin` was subtracted from the group's positions.
+  LightMaker(const scene::Transform& to_world, const std::array<double, 3>& origin)
+      : to_world_(to_world), origin_(origin), mirrored_(determinant(linear(to_world)) < 0) {}
 
   [[nodiscard]] render::Light make(const render::Geometry& geometry,
                                    const EmittingFace& emitter) const {
@@ -68,9 +69,10 @@ class LightMaker {
             render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
       }
     } else if (emitter.with_next) {
-      const Parallelogram whole = parallelogram(geometry, face).value();
+      const Parallelogram whole = parallelogram(geometry, face, origin_).value();
       const Vec3d corner = at(whole.corner);
       Vec3d u = at(whole.end_u) - corner, v = at(whole.end_v) - corner;
+      light.uneven = static_cast<float>(render::length(at(whole.across) - (corner + u + v)));
       if (mirrored_) std::swap(u, v);
       light.shape =
           render::QuadLight{render::to_float(corner), render::to_float(u), render::to_float(v)};
@@ -100,6 +102,7 @@ class LightMaker {
   }
 
   const scene::Transform& to_world_;
+  const std::array<double, 3>& origin_;
   bool mirrored_;
 };
 
@@ -111,7 +114,7 @@ std::uint32_t add_lights(const MergedGroup& group,
                          std::vector<render::Light>& lights, std::size_t most) {
   if (lights.size() + group.emitters.size() > most) return render::no_id;
   const auto first = static_cast<std::uint32_t>(lights.size());
-  const LightMaker maker(to_world);
+  const LightMaker maker(to_world, group.origin);
   for (const EmittingFace& emitter : group.emitters) {
     const render::Geometry& geometry = group.group.geometries[emitter.geometry];
     const render::CompiledMaterial& material = materials[geometry.materials[emitter.primitive]];
@@ -177,7 +180,8 @@ float rounding_error(const render::Light& light, const render::Scene& scene) {
     const Vec3 own = extent_of_emitter(group.geometries[light.geometry], light.primitive);
     most = larger(most, placement.extent_to_world(own));
   }
-  return std::max({most.x, most.y, most.z}) * 0x1p-20F;
+  const float size = std::max({most.x, most.y, most.z});
+  return std::max(size * 0x1p-20F, size * 0x1p-21F + light.uneven);
 }
 
 }  // namespace tessera::worker

@@ -211,11 +211,12 @@ class Filler {
 };
 
 bool shines_as_one_with_next(const Geometry& geometry, std::uint32_t face,
+                             const std::array<double, 3>& origin,
                              std::span<const render::CompiledMaterial> materials) {
   return geometry.kind == GeometryKind::triangles && face + 1 < geometry.faces() &&
          geometry.materials[face] == geometry.materials[face + 1] &&
          !materials[geometry.materials[face]].radiance_varies &&
-         parallelogram(geometry, face).has_value();
+         parallelogram(geometry, face, origin).has_value();
 }
 
 }  // namespace
@@ -242,7 +243,7 @@ MergedGroup merge(std::span<const PlacedShape> shapes,
           continue;
         }
         const auto emitter = static_cast<std::uint32_t>(out.emitters.size());
-        const bool with_next = shines_as_one_with_next(geometry, face, materials);
+        const bool with_next = shines_as_one_with_next(geometry, face, origin, materials);
         out.emitters.push_back({number, face, radiances[face], with_next});
         geometry.emitters[face] = emitter;
         if (with_next) geometry.emitters[++face] = emitter;

@@ -72,6 +72,16 @@ TEST(Parallelogram, ForgivesNoMoreThanRounding) {
       0));
 }
 
+TEST(Parallelogram, ForgivesTheRoundingOfWhereItCameFrom) {
+  // The same, moved to the origin when it was built: what its file's floats were off stays.
+  const render::Geometry moved =
+      mesh({{0, 0, 0}, {3, 0, 0}, {4, 2, 0}, {1 + 0x1p-11F, 2, 0}}, {{0, 1, 2}, {0, 2, 3}});
+  EXPECT_FALSE(parallelogram(moved, 0));
+  const auto found = parallelogram(moved, 0, {5000, 0, 0});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->across, 3U);
+}
+
 TEST(Parallelogram, IsNotWithoutArea) {
   EXPECT_FALSE(
       parallelogram(mesh({{0, 0, 0}, {1, 0, 0}, {3, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {0, 2, 3}}), 0));

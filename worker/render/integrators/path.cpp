@@ -1,6 +1,7 @@
 #include "worker/render/integrators/path.hpp"
 
 #include <array>
+#include <cassert>
 #include <optional>
 
 #include "worker/render/integrators/found_light.hpp"
@@ -84,6 +85,7 @@ bool step(Trace& trace, Lane& lane) {
 // The other integrators share its steps, so the compiler would call them one by one; in line they
 // keep their values in registers.
 [[gnu::flatten]] void path(Trace& trace, std::span<CameraSample> samples) {
+  assert(samples.size() <= samples_at_once);
   const Scene& scene = trace.scene;
   std::array<std::optional<Lane>, samples_at_once> lanes;
   std::array<Lane*, samples_at_once> going{};

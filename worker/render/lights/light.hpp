@@ -84,6 +84,9 @@ struct Light {
   std::uint32_t instance = no_id;  ///< what a ray that hits it reports
   std::uint32_t geometry = no_id;
   std::uint32_t primitive = no_id;
+  /// So far from `shape` may lie what rays meet of it: of two triangles that rounding keeps from
+  /// being a parallelogram.
+  float uneven = 0;
 };
 
 /// Where light is asked for.
