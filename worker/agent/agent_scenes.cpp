@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "worker/agent/agent_state.hpp"
@@ -88,14 +89,14 @@ void AgentState::make_room_for(const JobPlan& plan) {
 
 void AgentState::trim_scenes() {
   while (true) {
-    std::size_t built = 0;
+    std::set<const void*> built;  // jobs of one bundle may share a scene
     Job* oldest = nullptr;
     for (auto& [key, job] : jobs_) {
       if (!job.scene) continue;
-      ++built;
+      built.insert(job.scene.get());
       if (job.idle() && (oldest == nullptr || job.used < oldest->used)) oldest = &job;
     }
-    if (built <= settings_.scenes_kept || oldest == nullptr) return;
+    if (built.size() <= settings_.scenes_kept || oldest == nullptr) return;
     oldest->let_go();
   }
 }

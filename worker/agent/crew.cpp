@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -107,16 +108,19 @@ void Crew::lane() {
   while (true) {
     wake_lanes_.wait(lock, [this] { return may_begin() || (ending_ && waiting_.empty()); });
     if (waiting_.empty()) return;
-    const TaskOrder order = std::move(waiting_.front());
+    std::optional<TaskOrder> order = std::move(waiting_.front());
+    const LeaseId lease = order->lease;
     waiting_.pop_front();
     note_begin(now());
-    const std::stop_token stop = stops_.at(order.lease).get_token();
+    const std::stop_token stop = stops_.at(lease).get_token();
     if (may_begin()) wake_lanes_.notify_one();
     lock.unlock();
-    render(order, stop);
+    render(*order, stop);
+    // It may be the last that has its scene, which takes a while to be freed.
+    order.reset();
     lock.lock();
     note_end(now());
-    stops_.erase(order.lease);
+    stops_.erase(lease);
     wake_lanes_.notify_all();
   }
 }
