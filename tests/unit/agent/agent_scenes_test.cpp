@@ -156,5 +156,24 @@ TEST_F(LesserScene, stays_where_another_scene_is_built) {
   EXPECT_EQ(state.next_task()->scene, lesser.lock());
 }
 
+TEST_F(LesserScene, that_gave_way_leaves_room_for_another_bundles) {
+  JobSpec spec = more->spec;
+  spec.bundle = digest_of("another");
+  const JobPlan other(spec);
+  const LeaseId lease = assign(0, 0, 3, &other);
+  ASSERT_TRUE(state.take_prepare());
+  auto scene = std::make_shared<FakeScene>(true);
+  const std::weak_ptr<const PreparedScene> of_other = scene;
+  state.prepared(std::move(scene));
+  begin();
+  finish(lease);
+  assign(0);
+  build_lesser();
+  assign(0, 0, 2, more.get());
+  ASSERT_TRUE(state.take_prepare());
+  state.prepared(std::make_shared<FakeScene>(true));
+  EXPECT_FALSE(of_other.expired()) << "two jobs have the other scene, and it is one";
+}
+
 }  // namespace
 }  // namespace tessera::agent
