@@ -123,8 +123,9 @@ struct JobRecord {
     std::int64_t samples = 0;
     bool operator==(const Share&) const = default;
   };
-  std::vector<Share> shares;                ///< kept for when the results themselves are forgotten
-  std::vector<std::int64_t> extended_from;  ///< samples asked for before it was extended, oldest first
+  std::vector<Share> shares;  ///< kept for when the results themselves are forgotten
+  std::vector<std::int64_t>
+      extended_from;                ///< samples asked for before it was extended, oldest first
   std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
   /// Frames of several that ended by their noise: samples of each pixel that they have. Changed by
   /// Store::shorten_frame and extend_job alone.
