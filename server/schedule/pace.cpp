@@ -123,7 +123,8 @@ const std::map<JobId, Scheduler::State::Power>& Scheduler::State::powers_of_all(
       if (job->second.takes(build)) threads += all;
     const JobEntry& entry = job->second;
     const double spared = entry.watched() ? entry.left.work_of(entry.tasks.spared()) : 0;
-    found[id] = {its.power * std::max(1.0, threads / its.threads), spared};
+    found[id] = {its.power * std::max(1.0, threads / its.threads),
+                 std::max(0.0, entry.left.work() - spared)};
   }
   return found;
 }
@@ -137,9 +138,8 @@ void Scheduler::State::share_with_others(const JobEntry& job, Instant now, Pace&
     if (other == &job || other->state != JobEntry::State::open) continue;
     const auto its = all.find(other->id);
     // Of one that nobody has been measured at yet nothing is known: it may be like this.
-    const double alone = its == all.end() ? pace.work / own->second.power
-                                          : std::max(0.0, other->left.work() - its->second.spared) /
-                                                its->second.power;
+    const double alone =
+        its == all.end() ? pace.work / own->second.power : its->second.left / its->second.power;
     pace.rivals.push_back({alone, other->weight()});
   }
   if (pace.rivals.empty()) return;

@@ -59,7 +59,7 @@ struct Scheduler::State {
   double virtual_time = 0;
   struct Power {
     double power = 0;
-    double spared = 0;  ///< of what is left of the job, the work that is not expected to be done
+    double left = 0;  ///< work of the job that is expected to be done yet
   };
   /// powers_of_all, as it was at some instant.
   mutable std::optional<std::pair<Instant, std::map<JobId, Power>>> powers;
@@ -193,10 +193,10 @@ struct Scheduler::State {
   // ---- pace.cpp ----
   /// What is known of how fast it gets on; nothing while no speed is. O(leases of its workers).
   [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, Instant now) const;
-  /// Who holds leases of it; if nobody does and `or_were`, who has held some. O(workers) then.
   /// Power that all workers would have for a job, as far as any of them was measured at it; by job.
   [[nodiscard]] const std::map<JobId, Power>& powers_of_all(Instant now) const;
   void share_with_others(const JobEntry& job, Instant now, Pace& pace) const;
+  /// Who holds leases of it; if nobody does and `or_were`, who has held some. O(workers) then.
   [[nodiscard]] std::vector<const WorkerEntry*> at_work(const JobEntry& job, bool or_were) const;
   /// To the end of so many passes of every tile (a job of one frame). And O(tiles).
   [[nodiscard]] std::optional<Pace> pace_of(const JobEntry& job, std::uint32_t passes,
