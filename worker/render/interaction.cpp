@@ -192,15 +192,12 @@ bool leave_rounded(const Scene& scene, const Interaction& at, Ray& ray) {
 }
 
 Color transmittance_through(const Scene& scene, Ray ray) {
-  constexpr int surfaces_most = 4096;
   float passed = 1;
-  for (int i = 0; i < surfaces_most; ++i) {
+  for (int surfaces = 0; surfaces < passes_most; ++surfaces) {
     const accel::Hit hit = scene.intersect(ray, ray_mask::shadow);
     if (!hit.any()) return gray(passed);
     const Interaction at = surface_at(scene, ray, hit);
-    const CompiledMaterial& material = scene.materials[at.material];
-    if (!material.has_opacity && !material.back_culled) return {};
-    passed *= 1 - presence(material, scene.textures, at.shading);
+    passed *= passing_share(scene, at);
     if (!(passed > 0)) return {};
     ray.t_min = at.behind(ray);
     if (!(ray.t_min < ray.t_max)) return gray(passed);

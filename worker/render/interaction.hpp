@@ -74,6 +74,17 @@ Interaction surface_at(const Scene& scene, const Ray& ray, const accel::Hit& hit
 /// if it has one, stays. False where nothing round stands over the face: then nothing leaves so.
 bool leave_rounded(const Scene& scene, const Interaction& at, Ray& ray);
 
+/// After so many surfaces without scattering a path ends, and nothing is left of light.
+inline constexpr int passes_most = 4096;
+
+/// The share of the surface at `at` that is not there to what passes in full or not at all, as
+/// light does on its way from lights: 0…1.
+inline float passing_share(const Scene& scene, const Interaction& at) {
+  const CompiledMaterial& material = scene.materials[at.material];
+  if (!material.has_opacity && !material.back_culled) return 0;
+  return 1 - presence(material, scene.textures, at.shading);
+}
+
 /// The part of light that passes along `ray` by surfaces that are not wholly there.
 Color transmittance_through(const Scene& scene, Ray ray);
 

@@ -131,15 +131,14 @@ class Sampler {
 
   /// The set at this sample's index.
   [[nodiscard]] Draw4 draw4(std::uint32_t set) const {
-    if (sets_ != nullptr && set < PixelSets::count)
-      return Draw4(sobol_owen_draw((*sets_)[set], reversed_sample_));
-    return draw_at(set, sample_);
+    return shares(set) ? Draw4(sobol_owen_draw((*sets_)[set], reversed_sample_))
+                       : draw_at(set, sample_);
   }
   /// The set for the j-th of n draws that one sample makes of it (0 ≤ j < n): index sample·n + j.
   [[nodiscard]] Draw4 draw4(std::uint32_t set, std::uint32_t j, std::uint32_t n) const {
     if (n == 1) return draw4(set);
     const std::uint64_t index = sample_ * n + j;
-    if (sets_ != nullptr && set < PixelSets::count && (index >> 32) == 0)
+    if (shares(set) && (index >> 32) == 0)
       return Draw4(sobol_owen_draw((*sets_)[set], reverse_bits(static_cast<std::uint32_t>(index))));
     return draw_at(set, index);
   }
@@ -156,6 +155,10 @@ class Sampler {
   [[nodiscard]] std::uint64_t hash() const { return hash_combine(pixel_hash_, sample_); }
 
  private:
+  /// The pixel's sets have this one.
+  [[nodiscard]] bool shares(std::uint32_t set) const {
+    return sets_ != nullptr && set < PixelSets::count;
+  }
   [[nodiscard]] Draw4 draw_at(std::uint32_t set, std::uint64_t index) const {
     return Draw4(addressed_draw(kind_, pixel_hash_, set, index));
   }

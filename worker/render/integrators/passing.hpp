@@ -7,9 +7,6 @@
 /// behind, or because an interface lies within a medium that counts for more.
 namespace tessera::render {
 
-/// After so many surfaces without scattering a path ends.
-inline constexpr int passes_most = 4096;
-
 /// What the path's media make of an interface that it meets.
 struct Crossing {
   bool real = true;       ///< else it lies within another medium of greater priority
@@ -22,14 +19,6 @@ Crossing crossing_of(const Scene& scene, const MediumStack& media, std::uint32_t
 
 /// The medium that a path is in, by the same rule; null in the open.
 const Medium* medium_of(const Scene& scene, const MediumStack& media);
-
-/// The share of the surface at `at` that is not there to what passes in full or not at all, as
-/// light does on its way from lights: 0…1.
-inline float passing_share(const Scene& scene, const Interaction& at) {
-  const CompiledMaterial& material = scene.materials[at.material];
-  if (!material.has_opacity && !material.back_culled) return 0;
-  return 1 - presence(material, scene.textures, at.shading);
-}
 
 /// True if the path goes on behind `at` along the same ray, which then is made so. Else what `at`
 /// borders on is noted in it. To be asked where the material may_pass.
