@@ -20,6 +20,7 @@ constexpr Duration job_news_spacing = std::chrono::milliseconds(250);
 constexpr Duration tick_least = std::chrono::milliseconds(1);
 constexpr Duration held_step = std::chrono::milliseconds(20);
 constexpr Duration stood_still = std::chrono::seconds(1);
+constexpr Duration pulse = std::chrono::milliseconds(500);  // the clock's, while there are workers
 constexpr std::size_t pictures_kept = 256 * limits::MiB;
 
 Instant now() { return std::chrono::steady_clock::now(); }
@@ -146,17 +147,20 @@ boost::asio::awaitable<void> CoordinatorImpl::stop() {
 
 boost::asio::awaitable<void> CoordinatorImpl::keep_time() {
   while (!stopping_) {
-    armed_ = std::max(next_deadline().value_or(Instant::max()), now() + tick_least);
-    clock_.expires_at(armed_);
+    Instant due = std::max(next_deadline().value_or(Instant::max()), now() + tick_least);
+    // A deadline far ahead would hide that this process stood still for most of the way to it.
+    if (!workers_.empty()) due = std::min(due, now() + pulse);
+    armed_ = due;
+    clock_.expires_at(due);
     co_await clock_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
     if (stopping_) co_return;
-    if (armed_ != Instant::min() && now() - armed_ > stood_still) excuse_workers();
+    if (const Duration late = now() - due; late > stood_still) excuse_workers(late);
     tick();
   }
 }
 
-void CoordinatorImpl::excuse_workers() {
-  log::warn("the coordinator stood still for {:.1f} s", seconds(now() - armed_));
+void CoordinatorImpl::excuse_workers(Duration late) {
+  log::warn("the coordinator stood still for {:.1f} s", seconds(late));
   for (const auto& [id, worker] : workers_) scheduler_.excuse_worker(id, now());
 }
 

@@ -116,7 +116,7 @@ class CoordinatorImpl : public Coordinator {
   boost::asio::awaitable<JobId> put_job(JobRecord record);
   boost::asio::awaitable<void> keep_time();
   /// What was not heard while this process stood still was neither silence nor want of progress.
-  void excuse_workers();
+  void excuse_workers(Duration late);
   void results_refused(const std::string& reason);
   void tick();
   [[nodiscard]] std::optional<Instant> next_deadline() const;

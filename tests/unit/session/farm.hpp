@@ -77,6 +77,7 @@ class Farm {
     settings.upkeep = upkeep;
     settings.patience = patience;
     settings.disk_limit = disk_limit;
+    settings.scheduler.silence = silence;
     coordinator = Coordinator::open(io->get_executor(), settings);
     SessionSettings sessions = session_settings;
     sessions.port = 0;
@@ -160,6 +161,7 @@ class Farm {
   std::optional<Duration> keep_jobs;
   Duration blob_grace = std::chrono::hours(24), upkeep = std::chrono::seconds(5);
   Duration patience = std::chrono::seconds(20);
+  Duration silence = SchedulerSettings{}.silence;
   std::uint64_t disk_limit = 0, blob_cache = 0;
   std::filesystem::path data;
   std::unique_ptr<boost::asio::io_context> io;
