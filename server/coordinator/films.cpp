@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/log.hpp"
 #include "server/coordinator/film_memory.hpp"
+#include "server/film/film_tile_bytes.hpp"
 
 namespace tessera::server {
 
@@ -60,11 +61,20 @@ void Films::touch(const FramePtr& frame, std::uint32_t tile) { touched_.emplace_
 
 void Films::flush() {
   std::vector<Fold> folds;
-  for (const auto& [frame, tile] : touched_) {
+  const std::uint64_t most = memory_most_ / 4;
+  for (; !touched_.empty(); touched_.pop_front()) {
+    const auto& [frame, tile] = touched_.front();
     if (frame->gone) continue;
-    if (auto work = frame->film.next(tile)) folds.push_back({frame, std::move(*work), nullptr, {}});
+    const FrameFilm& film = frame->film;
+    const std::uint64_t bytes = film_bytes(film.plan().grid.tile(tile).pixels(), *film.layout());
+    // Tiles under way stay in memory whatever is dropped, and where the pool does not keep up each
+    // result would bring in another.
+    if (folding_ > 0 && folding_ + bytes > most) break;
+    auto work = frame->film.next(tile);
+    if (!work) continue;
+    folding_ += bytes;
+    folds.push_back({frame, std::move(*work), bytes, nullptr, {}});
   }
-  touched_.clear();
   const std::size_t share =
       std::clamp((folds.size() + lanes_ - 1) / lanes_, std::size_t{1}, folds_per_batch);
   for (std::size_t first = 0; first < folds.size(); first += share) {
@@ -123,13 +133,14 @@ void Films::finish(const Batch& batch) {
   std::vector<Fold> failed;
   for (Fold& one : *batch) {
     Frame& frame = *one.frame;
-    if (frame.gone) continue;
-    if (!one.error.empty() && one.tries < retries.size() && !crew_.stopping()) {
+    if (!frame.gone && !one.error.empty() && one.tries < retries.size() && !crew_.stopping()) {
       log::warn("job {} frame {}: its film could not be read back: {}", frame.job,
                 frame.film.frame(), one.error);
       failed.push_back(std::move(one));
       continue;
     }
+    folding_ -= one.bytes;
+    if (frame.gone) continue;
     if (!one.error.empty()) {
       frame.error = one.error;
       hooks_.failed(frame.job, one.error);
@@ -141,7 +152,13 @@ void Films::finish(const Batch& batch) {
       if (grown)
         hooks_.folded(frame.job, frame.film.frame(), one.work.tile,
                       frame.film.passes(one.work.tile));
-      touch(one.frame, one.work.tile);
+      // What was read back for a pass takes it in at once: it might be dropped before its next
+      // turn.
+      if (one.work.loads) {
+        touched_.emplace_front(one.frame, one.work.tile);
+      } else {
+        touch(one.frame, one.work.tile);
+      }
     }
     frame.changed.notify();
   }
@@ -182,12 +199,11 @@ boost::asio::awaitable<FilmSnapshot> Films::snapshot(JobId job, std::int32_t fra
   const auto found = frames_.find({job, frame});
   if (found == frames_.end()) throw Error(ErrorKind::not_found, "this frame has no film");
   const FramePtr held = found->second;
-  bool asked = false;
   while (!held->film.loaded() && !held->gone && held->error.empty()) {
-    held->film.demand();  // again, for another's snapshot may have ended it
-    for (std::uint32_t tile = 0; !asked && tile < held->film.tile_count(); ++tile)
-      touch(held, tile);
-    asked = true;
+    if (!held->film.demanded()) {  // again, if another's snapshot has ended it
+      held->film.demand();
+      for (std::uint32_t tile = 0; tile < held->film.tile_count(); ++tile) touch(held, tile);
+    }
     flush();
     co_await held->changed.wait();
   }

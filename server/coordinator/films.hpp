@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -35,7 +36,9 @@ class Films {
   };
 
   /// `crew` counts the work that is on the pool. `lanes`: threads of the pool. `memory_most`: bytes
-  /// of films in memory beyond which those used longest ago are dropped.
+  /// of films in memory beyond which those used longest ago are dropped, but for those that are
+  /// held or wanted and for tiles that are being folded: these are a quarter as much at most, or
+  /// one.
   Films(boost::asio::any_io_executor io, boost::asio::thread_pool& pool, int lanes, Crew& crew,
         std::uint64_t memory_most, Source source, Hooks hooks);
 
@@ -51,7 +54,8 @@ class Films {
   void durable(JobId job, const std::shared_ptr<const JobPlan>& plan, std::uint64_t version,
                const TaskId& task, const ResultPlace& place,
                std::shared_ptr<const DecodedTile> decoded);
-  /// Hands what has its turn to the pool.
+  /// Hands what has its turn to the pool, as much at once as folding has memory for; the rest
+  /// follows as that ends.
   void flush();
 
   /// The film as far as it counts as folded; reads back what is in the journal alone. Throws
@@ -88,6 +92,7 @@ class Films {
   struct Fold {
     FramePtr frame;
     FoldWork work;
+    std::uint64_t bytes = 0;  ///< of the tile's sums
     std::shared_ptr<FilmTile> folded;
     std::string error;
     std::size_t tries = 0;  ///< that have failed, each followed by another
@@ -109,11 +114,12 @@ class Films {
   Crew& crew_;
   std::uint64_t memory_most_;
   std::uint64_t memory_ = 0;
+  std::uint64_t folding_ = 0;  ///< bytes of the tiles that flush() gave to the pool
   std::uint64_t clock_ = 0;
   Source source_;
   Hooks hooks_;
   std::map<std::pair<JobId, std::int32_t>, FramePtr> frames_;
-  std::vector<std::pair<FramePtr, std::uint32_t>> touched_;
+  std::deque<std::pair<FramePtr, std::uint32_t>> touched_;
 };
 
 }  // namespace tessera::server
