@@ -183,11 +183,18 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_surely(JobId id) {
 }
 
 boost::asio::awaitable<bool> CoordinatorImpl::save_shortened_surely(JobId id, std::int32_t frame) {
-  Duration wait = retry_first;
-  const std::function<void()> put = [this, id, frame, samples = known(id).samples_of(frame)] {
-    store_->shorten_frame(id, frame, samples);
+  const auto end_of = [&]() -> std::optional<std::int64_t> {
+    const auto& ends = known(id).record.shortened_frames;
+    const auto end = ends.find(frame);
+    return end == ends.end() ? std::nullopt : std::optional(end->second);
   };
+  Duration wait = retry_first;
   while (!crew_.stopping() && find(id)) {
+    const std::optional<std::int64_t> end = end_of();
+    const std::function<void()> put = [this, id, frame, end] {
+      if (end) return store_->shorten_frame(id, frame, *end);
+      store_->unshorten_frame(id, frame);
+    };
     std::exception_ptr error;
     try {
       co_await on_writer(put);
@@ -195,6 +202,7 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_shortened_surely(JobId id, st
       error = std::current_exception();
     }
     if (!error) {
+      if (end_of() != end) continue;  // it has ended meanwhile
       known(id).shortened_unsaved.erase(frame);
       co_return true;
     }
@@ -203,6 +211,11 @@ boost::asio::awaitable<bool> CoordinatorImpl::save_shortened_surely(JobId id, st
     wait = longer(wait);
   }
   co_return false;
+}
+
+boost::asio::awaitable<void> CoordinatorImpl::keep_end_of(JobId id, std::int32_t frame) {
+  const AtWork working = at_work(id);
+  co_await save_shortened_surely(id, frame);
 }
 
 void CoordinatorImpl::keep(Job& job) {

@@ -252,8 +252,9 @@ class CoordinatorImpl : public Coordinator {
   /// Until the store takes the job's record, at each attempt as it is then. False if the job is
   /// forgotten or the coordinator stops before that.
   boost::asio::awaitable<bool> save_surely(JobId id);
-  /// The same of the samples that a frame has which ended by its noise.
+  /// The same of the samples that a frame has which ended by its noise, or that it did not.
   boost::asio::awaitable<bool> save_shortened_surely(JobId id, std::int32_t frame);
+  boost::asio::awaitable<void> keep_end_of(JobId id, std::int32_t frame);
   /// The job's record has changed, or was taken back: sees to it that the store says the same.
   void keep(Job& job);
   boost::asio::awaitable<void> keep_record(JobId id);

@@ -50,7 +50,7 @@ struct Job {
   bool unsaved = false;    ///< the record differs from what was last given to the store
   bool keeping = false;    ///< …, and somebody sees to it
   bool shortened = false;  ///< its samples are fewer than were asked for, which is not durable yet
-  std::set<std::int32_t> shortened_unsaved;  ///< frames of which the same holds
+  std::set<std::int32_t> shortened_unsaved;  ///< frames of whose end the store says something else
   bool ending = false;     ///< the scheduler is done with it; files and state are being written
   bool ended = false;      ///< the end is durable
   bool broken = false;     ///< what was durable cannot be read back: it has failed in this run

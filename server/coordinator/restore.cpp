@@ -116,6 +116,9 @@ void CoordinatorImpl::take_in(Job& job, const JobContent& content) {
         "cannot: it goes on",
         id, frame, samples);
     job.files.erase(frame);
+    // A job that has ended is shown as the store says, so this must not stand there till then.
+    job.shortened_unsaved.insert(frame);
+    crew_.start("a frame's end", keep_end_of(id, frame));
     return true;
   });
   // Before it is told of passes: what it wants done then is begun at once.

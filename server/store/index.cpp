@@ -134,6 +134,10 @@ void Index::shorten_frame(JobId job, std::int32_t frame, std::int64_t samples) {
   put.step();  // to its end: only then is it committed
 }
 
+void Index::unshorten_frame(JobId job, std::int32_t frame) {
+  writer_.prepare("DELETE FROM shortened_frames WHERE job = ?1 AND frame = ?2").run(job, frame);
+}
+
 std::vector<JobRecord> Index::list_jobs() const {
   const std::lock_guard lock(reading_);
   Statement rows = reader_->prepare(fmt::format("SELECT {} FROM jobs ORDER BY id", job_columns));

@@ -40,6 +40,7 @@ class Index {
   void skip_jobs(JobId last);
   void update_job(const JobRecord& record);
   void shorten_frame(JobId job, std::int32_t frame, std::int64_t samples);
+  void unshorten_frame(JobId job, std::int32_t frame);
   [[nodiscard]] std::vector<JobRecord> list_jobs() const;
 
   void add_failures(JobId job, std::span<const FailureRecord> failures, std::size_t kept);

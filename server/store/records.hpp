@@ -128,7 +128,7 @@ struct JobRecord {
       extended_from;                ///< samples asked for before it was extended, oldest first
   std::int64_t shortened_from = 0;  ///< samples asked for, where its time was up before; else 0
   /// Frames of several that ended by their noise: samples of each pixel that they have. Changed by
-  /// Store::shorten_frame and extend_job alone.
+  /// Store::shorten_frame, unshorten_frame and extend_job alone.
   std::map<std::int32_t, std::int64_t> shortened_frames;
   /// What who posted it called the request, and a digest of what was posted, so that it can be
   /// repeated. Empty: it cannot. They do not change.

@@ -169,6 +169,9 @@ void Store::update_job(const JobRecord& record) { state_->index.update_job(recor
 void Store::shorten_frame(JobId job, std::int32_t frame, std::int64_t samples) {
   state_->index.shorten_frame(job, frame, samples);
 }
+void Store::unshorten_frame(JobId job, std::int32_t frame) {
+  state_->index.unshorten_frame(job, frame);
+}
 std::vector<JobRecord> Store::list_jobs() const { return state_->index.list_jobs(); }
 
 void Store::add_failures(JobId job, std::span<const FailureRecord> failures) {

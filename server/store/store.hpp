@@ -64,6 +64,8 @@ class Store {
   /// The frame ended with so many samples of each pixel. Takes the place of what was said of it
   /// before. Throws Error{not_found}.
   void shorten_frame(JobId job, std::int32_t frame, std::int64_t samples);
+  /// The frame has not ended early: nothing is said of it any more, if anything was.
+  void unshorten_frame(JobId job, std::int32_t frame);
   /// Replaces all but id, at once with this: results from pass `passes` on are not the job's any
   /// more, and no frame is shortened. Throws Error{not_found}.
   void extend_job(const JobRecord& record, std::uint32_t passes);

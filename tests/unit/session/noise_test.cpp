@@ -166,6 +166,32 @@ TEST_F(FramesByNoise, DoNotEndWhereNoPassDoesThoughTheStoreSaysSo) {
       EXPECT_EQ(difference_from_straight_fold(farm, spec, id, frame), std::nullopt);
   };
   farm.run(scenario());
+  worker.vanish();
+  farm.run(farm.halt());
+  farm.io.reset();
+  farm.start();
+  EXPECT_TRUE(done());
+  EXPECT_EQ(farm.coordinator->job(id)->frames_shortened, 0U) << "the store says it no more";
+  for (const int frame : {1, 2}) EXPECT_EQ(farm.coordinator->samples(id, frame), 20);
+}
+
+TEST_F(FramesByNoise, WhoseEndTheStoreHasWronglyHaveNoPictureBeforeItSaysSo) {
+  const JobSpec spec = watched(1e-9, 20, 1);
+  submit(spec);
+  halt_and_keep(spec, 3, [&](Store& store) { store.shorten_frame(id, 1, 10); });
+  refuse("DELETE ON shortened_frames");
+  farm.start();
+  const auto scenario = [&]() -> awaitable<void> {
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return worker.accepted == 1; });
+    co_await worker.work([&, looks = 0]() mutable { return ++looks > 25; });  // some tries
+    EXPECT_FALSE(std::filesystem::exists(farm.final_file(id, 1)));
+    EXPECT_FALSE(done());
+    allow();
+    co_await worker.work([&] { return done(); });
+    EXPECT_EQ(database().integer("SELECT count(*) FROM shortened_frames"), 0);
+  };
+  farm.run(scenario());
 }
 
 TEST_F(FramesByNoise, GoOnToWhatWasAskedForAndLoseNoResultOfTheLastPass) {

@@ -183,6 +183,10 @@ TEST_F(StoreTest, KeepsFramesThatEndedEarlyUntilTheirJobIsExtendedOrForgotten) {
   EXPECT_EQ(store->list_jobs()[0].shortened_frames, (Frames{{-3, 16}, {7, 48}}))
       << "a job that is kept anew keeps them";
   EXPECT_EQ(store->list_jobs()[1].shortened_frames, (Frames{{7, 256}}));
+  store->unshorten_frame(first.id, 7);
+  EXPECT_EQ(store->list_jobs()[0].shortened_frames, (Frames{{-3, 16}}));
+  EXPECT_EQ(store->list_jobs()[1].shortened_frames.size(), 1U) << "it is another job's";
+  store->unshorten_frame(first.id, 7);
   store->extend_job(first, 3);
   EXPECT_TRUE(store->list_jobs()[0].shortened_frames.empty());
   EXPECT_EQ(store->list_jobs()[1].shortened_frames.size(), 1U);
