@@ -118,7 +118,9 @@ void Agent::Impl::start_threads() {
 void Agent::Impl::pump() {
   for (const LeaseId& lease : state.take_stops()) crew->stop(lease);
   if (state.prepare_unwanted()) preparer->stop();
-  if (std::optional<PrepareOrder> order = state.take_prepare()) preparer->begin(std::move(*order));
+  std::optional<PrepareOrder> scene = state.take_prepare();
+  preparer->let_go(state.take_let_go());
+  if (scene) preparer->begin(std::move(*scene));
   while (crew->wants_more()) {
     std::optional<TaskOrder> order = state.next_task();
     if (!order) break;

@@ -39,14 +39,13 @@ bool AgentState::prepare_unwanted() const {
 }
 
 void AgentState::prepared(std::shared_ptr<const PreparedScene> scene) {
-  if (!preparing_) return;
-  const JobKey key = *preparing_;
+  const auto found = preparing_ ? jobs_.find(*preparing_) : jobs_.end();
   preparing_.reset();
-  const auto found = jobs_.find(key);
-  if (found == jobs_.end()) return;
-  Job& job = found->second;
+  if (found == jobs_.end()) return let_go_.push_back(std::move(scene));
+  auto& [key, job] = *found;
   for (Job* const lesser : jobs_with_less_than(*job.plan))
-    if (scene->serves(lesser->plan->spec.render)) lesser->scene = scene;
+    if (scene->serves(lesser->plan->spec.render))
+      let_go_.push_back(std::exchange(lesser->scene, scene));
   job.scene = std::move(scene);
   job.used = ++clock_;
   job.announced = false;
@@ -84,7 +83,7 @@ std::vector<AgentState::Job*> AgentState::jobs_with_less_than(const JobPlan& pla
 
 void AgentState::make_room_for(const JobPlan& plan) {
   for (Job* const lesser : jobs_with_less_than(plan))
-    if (lesser->idle()) lesser->let_go();
+    if (lesser->idle()) let_go(*lesser);
 }
 
 void AgentState::trim_scenes() {
@@ -97,8 +96,17 @@ void AgentState::trim_scenes() {
       if (job.idle() && (oldest == nullptr || job.used < oldest->used)) oldest = &job;
     }
     if (built.size() <= settings_.scenes_kept || oldest == nullptr) return;
-    oldest->let_go();
+    let_go(*oldest);
   }
+}
+
+void AgentState::let_go(Job& job) {
+  let_go_.push_back(std::move(job.scene));
+  job.announced = false;
+}
+
+std::vector<std::shared_ptr<const PreparedScene>> AgentState::take_let_go() {
+  return std::exchange(let_go_, {});
 }
 
 }  // namespace tessera::agent

@@ -83,6 +83,9 @@ class AgentState {
   std::vector<LeaseId> take_stops();
   /// The next job whose scene is wanted, if none is being prepared.
   std::optional<PrepareOrder> take_prepare();
+  /// Scenes that were let go of, take_prepare()'s among them, to be freed where that holds up
+  /// nobody: it takes long.
+  std::vector<std::shared_ptr<const PreparedScene>> take_let_go();
   /// True if the scene being prepared is wanted no more.
   [[nodiscard]] bool prepare_unwanted() const;
   /// The next task in the order assigned whose scene is there; nothing while the outbox is full.
@@ -127,10 +130,6 @@ class AgentState {
     std::uint64_t used = 0;               ///< grows; the least was used longest ago
 
     [[nodiscard]] bool idle() const { return queued == 0 && running == 0; }
-    void let_go() {
-      scene.reset();
-      announced = false;
-    }
   };
   struct Held {
     LeaseId lease;
@@ -162,6 +161,7 @@ class AgentState {
   /// lease needs, so that there is memory for one.
   void make_room_for(const JobPlan& plan);
   void trim_scenes();
+  void let_go(Job& job);
   void fail_job(const JobKey& key, const std::string& code, const std::string& reason);
 
   StateSettings settings_;
@@ -189,6 +189,7 @@ class AgentState {
 
   std::vector<Outgoing> outgoing_;
   std::vector<LeaseId> stops_;
+  std::vector<std::shared_ptr<const PreparedScene>> let_go_;
 };
 
 }  // namespace tessera::agent

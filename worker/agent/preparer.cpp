@@ -54,6 +54,10 @@ void Preparer::stop() {
   stop_.request_stop();
 }
 
+void Preparer::let_go(std::vector<std::shared_ptr<const PreparedScene>> scenes) {
+  let_go_.put(std::move(scenes));
+}
+
 void Preparer::work() {
   try {
     fetcher_.tidy();
@@ -103,6 +107,8 @@ std::shared_ptr<const PreparedScene> Preparer::build(const PrepareOrder& order,
     renderer_.check(*scene, spec);
     return scene;
   }
+  // Neither memory nor the cache may have room for this one before.
+  let_go_.wait_until_empty(stop);
   const auto began = std::chrono::steady_clock::now();
   auto fetched = fetcher_.fetch(
       spec.bundle, order.blob_url, order.blob_token,

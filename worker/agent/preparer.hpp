@@ -7,13 +7,15 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "worker/agent/agent_state.hpp"
 #include "worker/agent/built_scenes.hpp"
 #include "worker/agent/fetch.hpp"
 #include "worker/agent/renderer.hpp"
+#include "worker/agent/scene_bin.hpp"
 
-/// The thread that fetches and builds scenes.
+/// The thread that fetches and builds scenes, and the one that frees them.
 namespace tessera::agent {
 
 /// How a scene's preparation ended: with a scene, a failure, or neither where it was stopped.
@@ -40,6 +42,8 @@ class Preparer {
   /// Only after the end of the one before.
   void begin(PrepareOrder order);
   void stop();
+  /// Lets go of scenes without waiting for it. None is built before they are gone.
+  void let_go(std::vector<std::shared_ptr<const PreparedScene>> scenes);
 
  private:
   void work();
@@ -58,6 +62,7 @@ class Preparer {
   std::optional<PrepareOrder> next_;
   std::stop_source stop_{std::nostopstate};
   BuiltScenes built_;  ///< of this thread alone
+  SceneBin let_go_;
   std::thread thread_;
 };
 

@@ -55,6 +55,19 @@ TEST_F(AgentStateTest, a_scene_that_cannot_be_built_gives_all_its_leases_back) {
   EXPECT_TRUE(state.take_prepare()) << "asked again, it is tried again";
 }
 
+TEST_F(AgentStateTest, a_scene_whose_job_is_gone_meanwhile_is_freed_by_another_thread) {
+  connect();
+  assign(0);
+  ASSERT_TRUE(state.take_prepare());
+  state.prepare_stopped();
+  auto scene = std::make_shared<FakeScene>();
+  const std::weak_ptr<const PreparedScene> watch = scene;
+  state.prepared(std::move(scene));
+  EXPECT_FALSE(watch.expired());
+  free_scenes();
+  EXPECT_TRUE(watch.expired());
+}
+
 TEST_F(AgentStateTest, only_the_scenes_used_last_are_kept) {
   connect();
   std::vector<std::unique_ptr<JobPlan>> plans;
@@ -71,6 +84,8 @@ TEST_F(AgentStateTest, only_the_scenes_used_last_are_kept) {
     begin();
     finish(lease);
   }
+  EXPECT_FALSE(scenes[0].expired()) << "it is freed by another thread";
+  free_scenes();
   EXPECT_TRUE(scenes[0].expired());
   EXPECT_TRUE(scenes[1].expired());
   EXPECT_FALSE(scenes[2].expired());
@@ -108,6 +123,8 @@ TEST_F(LesserScene, goes_before_one_that_keeps_more_is_built_where_no_lease_need
   EXPECT_FALSE(lesser.expired()) << "kept for tasks to come";
   assign(0, 0, 2, more.get());
   ASSERT_TRUE(state.take_prepare());
+  EXPECT_FALSE(lesser.expired()) << "it is freed by another thread";
+  free_scenes();
   EXPECT_TRUE(lesser.expired());
   state.prepared(std::make_shared<FakeScene>(true));
   EXPECT_EQ(state.next_task()->job.first, 2U);
@@ -134,6 +151,8 @@ TEST_F(LesserScene, in_use_goes_with_the_last_task_that_renders_from_it) {
   EXPECT_EQ(later->job.first, 1U);
   EXPECT_EQ(later->scene, larger);
   EXPECT_EQ(state.next_task()->scene, larger);
+  free_scenes();
+  EXPECT_FALSE(lesser.expired());
   rendering.reset();
   EXPECT_TRUE(lesser.expired());
   finish(first);
@@ -150,6 +169,7 @@ TEST_F(LesserScene, stays_where_another_scene_is_built) {
   assign(0, 0, 2, &other);
   ASSERT_TRUE(state.take_prepare());
   state.prepared(std::make_shared<FakeScene>(true));
+  free_scenes();
   ASSERT_FALSE(lesser.expired());
   assign(1);
   EXPECT_EQ(state.next_task()->job.first, 2U);
@@ -172,6 +192,7 @@ TEST_F(LesserScene, that_gave_way_leaves_room_for_another_bundles) {
   assign(0, 0, 2, more.get());
   ASSERT_TRUE(state.take_prepare());
   state.prepared(std::make_shared<FakeScene>(true));
+  free_scenes();
   EXPECT_FALSE(of_other.expired()) << "two jobs have the other scene, and it is one";
 }
 

@@ -45,6 +45,8 @@ class AgentStateTest : public testing::Test {
     ASSERT_TRUE(state.take_prepare());
     state.prepared(std::make_shared<FakeScene>());
   }
+  /// What was let go of is freed.
+  void free_scenes() { state.take_let_go(); }
   LeaseId begin() {
     const auto order = state.next_task();
     if (!order) throw std::runtime_error("no task");

@@ -43,6 +43,7 @@ class AgentTest : public testing::Test {
   FakeRenderer renderer{1};
   std::optional<int> exit_code;
   std::uint64_t epoch = 1;
+  std::size_t scenes_kept = 2;
 
   ~AgentTest() override { std::filesystem::remove_all(folder); }
 
@@ -59,6 +60,7 @@ class AgentTest : public testing::Test {
     made.state.backoff_most = 20ms;
     made.drain_wait = 300ms;
     made.drain_alone_wait = 100ms;
+    made.state.scenes_kept = scenes_kept;
     return made;
   }
 
@@ -128,6 +130,18 @@ class AgentTest : public testing::Test {
     stream.send(message);
     return message.lease;
   }
+  /// The first task of a job with a scene of its own.
+  LeaseId assign_other(FramedStream& stream, JobId job) {
+    const JobPlan other(test_spec(blobs.add_scene("{}", "mesh " + std::to_string(job))));
+    wire::Assign message;
+    message.lease = {.epoch = epoch, .number = 10'000 * job};
+    message.job = job;
+    message.plan = other.digest;
+    message.task = {1, 0, 0};
+    message.spec = other.spec;
+    stream.send(message);
+    return message.lease;
+  }
   asio::awaitable<void> pause(Duration time) {
     asio::steady_timer timer(io, time);
     co_await timer.async_wait(asio::use_awaitable);
@@ -185,6 +199,46 @@ TEST_F(AgentTest, heartbeats_go_on_while_it_prepares_and_while_it_renders) {
     renderer.hold = false;
     co_await next<wire::Result>(*stream);
     stream->send(wire::Accepted{.lease = lease});
+  });
+}
+
+TEST_F(AgentTest, heartbeats_go_on_while_a_scene_is_freed_and_no_other_is_built_till_then) {
+  std::atomic<bool> hold_free = true, freeing = false;
+  const std::thread::id io_thread = std::this_thread::get_id();
+  renderer.on_freed = [&] {
+    if (!hold_free) return;  // the agent's end
+    EXPECT_NE(std::this_thread::get_id(), io_thread);
+    freeing = true;
+    for (int i = 0; hold_free && i < 5000; ++i) std::this_thread::sleep_for(1ms);
+  };
+  renderer.hold = true;
+  scenes_kept = 1;
+  play([&](Agent& agent) -> asio::awaitable<void> {
+    const auto stream = co_await welcome();
+    assign(*stream, 0);
+    assign(*stream, 1, 0, false);  // and so the threads have all that they take
+    for (int i = 0; i < 400 && renderer.active == 0; ++i) co_await pause(5ms);
+    for (const JobId job : {2, 3}) {
+      const LeaseId lease = assign_other(*stream, job);
+      while ((co_await next<wire::Ready>(*stream)).job != job) continue;
+      stream->send(wire::Revoke{.leases = {lease}, .reason = "cancelled"});
+    }
+    for (int i = 0; i < 400 && !freeing; ++i) co_await pause(5ms);
+    EXPECT_TRUE(freeing) << "the second job's is let go of for the third's";
+    const LeaseId lease = assign_other(*stream, 4);
+    for (int i = 0; i < 3; ++i) co_await next<wire::Progress>(*stream);
+    for (int i = 0; i < 3; ++i) co_await next<wire::Preparing>(*stream);
+    EXPECT_EQ(renderer.prepared, 3);
+    hold_free = false;
+    while ((co_await next<wire::Ready>(*stream)).job != 4) continue;
+    EXPECT_EQ(renderer.prepared, 4);
+    stream->send(wire::Revoke{.leases = {lease}, .reason = "cancelled"});
+    renderer.hold = false;
+    for (int i = 0; i < 2; ++i)
+      stream->send(wire::Accepted{.lease = (co_await next<wire::Result>(*stream)).lease});
+    agent.drain("asked to");
+    co_await next<wire::Drain>(*stream);
+    co_await next<wire::Bye>(*stream);
   });
 }
 

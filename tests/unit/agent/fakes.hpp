@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -31,7 +32,12 @@ inline JobSpec test_spec(const Digest& bundle = digest_of("bundle"), int tile = 
 /// Serves all jobs, or those that do not ask for UV.
 class FakeScene : public PreparedScene {
  public:
-  explicit FakeScene(bool coordinates = true) : coordinates_(coordinates) {}
+  explicit FakeScene(
+      bool coordinates = true, std::function<void()> on_freed = [] {})
+      : coordinates_(coordinates), on_freed_(std::move(on_freed)) {}
+  ~FakeScene() override { on_freed_(); }
+  FakeScene(const FakeScene&) = delete;
+  FakeScene& operator=(const FakeScene&) = delete;
   bool serves(const RenderSettings& settings) const override {
     const auto& aovs = settings.aovs;
     return coordinates_ || std::find(aovs.begin(), aovs.end(), "UV") == aovs.end();
@@ -39,6 +45,7 @@ class FakeScene : public PreparedScene {
 
  private:
   bool coordinates_;
+  std::function<void()> on_freed_;
 };
 
 /// Tiles of zeros, as slowly as asked. While `hold` is set, renders wait for it or for their stop.
@@ -59,7 +66,7 @@ class FakeRenderer : public TaskRenderer {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (stop.stop_requested()) return nullptr;
     if (!prepare_error.empty()) throw Error(ErrorKind::bad_input, prepare_error);
-    return std::make_shared<const FakeScene>();
+    return std::make_shared<const FakeScene>(true, on_freed);
   }
   void check(const PreparedScene&, const JobSpec& spec) const override {
     if (spec.camera == "none") throw Error(ErrorKind::bad_input, "unknown camera \"none\"");
@@ -97,6 +104,7 @@ class FakeRenderer : public TaskRenderer {
   std::atomic<bool> hold = false, hold_prepare = false;
   std::chrono::microseconds delay{0};
   std::string prepare_error, render_error;
+  std::function<void()> on_freed = [] {};  ///< of its scenes, by whoever was the last to have one
   std::atomic<int> prepared = 0, active = 0, most_active = 0;
   SceneFiles last_files;
   std::mutex mutex;
