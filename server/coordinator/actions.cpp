@@ -102,11 +102,9 @@ void CoordinatorImpl::perform_one(const MeasureNoise& asked) {
   look.frame = asked.frame;
   look.bytes = film_bytes(pixels, *image::layout_of(job->plan->spec.render.aovs)) +
                noise_bytes * static_cast<std::uint64_t>(pixels);
-  // A job that goes on to more samples has no threshold any more.
   look.wanted = [this, asked, plan = job->plan->digest] {
     const Job* still = find(asked.job);
-    return still && !still->ending && !still->ended && !still->broken &&
-           still->plan->digest == plan && still->plan->spec.noise_threshold > 0;
+    return still && still->awaits_noise(plan);
   };
   look.tell = [this, asked](double noise) {
     perform(scheduler_.noise_measured(asked.job, asked.frame, asked.passes, noise, now()));

@@ -84,6 +84,13 @@ void Job::has_ended_as(const JobRecord& kept) {
 
 void Job::spec_changed() { plan = std::make_shared<const JobPlan>(plan_of(record)); }
 
+bool Job::awaits_noise(const Digest& of_plan) const {
+  // Not at its `ending`: a cancel that the disk refuses is none, and nobody asks again.
+  if (ended || broken || plan->digest != of_plan) return false;
+  // A job that goes on to more samples has none any more, and its plan may be the same.
+  return plan->spec.noise_threshold > 0;
+}
+
 void Job::count(const std::string& worker, std::int64_t samples, std::int64_t rays,
                 std::int64_t rejected, double cpu_seconds, const Digest& worker_build) {
   shares[worker] += samples;

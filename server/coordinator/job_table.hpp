@@ -75,6 +75,9 @@ struct Job {
   [[nodiscard]] std::int64_t samples_total() const;
   /// Tasks of all frames, of each the passes that it has or is to have at most.
   [[nodiscard]] std::int64_t tasks_total() const;
+  /// True as long as somebody waits for what a look at a frame's noise says that was asked for
+  /// under this plan.
+  [[nodiscard]] bool awaits_noise(const Digest& of_plan) const;
   /// Samples of each pixel that the frame has, or is to have at most; and the passes of these.
   [[nodiscard]] std::int64_t samples_of(std::int32_t frame) const;
   [[nodiscard]] std::uint32_t passes_of(std::int32_t frame) const;

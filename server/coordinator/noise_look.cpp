@@ -11,6 +11,7 @@ namespace tessera::server {
 boost::asio::awaitable<void> NoiseLooks::look(NoiseLook look) {
   for (Duration wait = retry_first; !crew_.stopping() && look.wanted(); wait = longer(wait)) {
     const std::optional<double> noise = co_await measured(look);
+    if (noise && !look.wanted()) co_return;
     if (noise) {
       log::debug("job {} frame {}: its noise is {:.5f}", look.job, look.frame, *noise);
       co_return look.tell(*noise);

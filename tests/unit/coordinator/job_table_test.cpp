@@ -44,6 +44,27 @@ TEST(Job, IsDoneOnlyOnceItsFilesAreWritten) {
   EXPECT_EQ(job.status(std::nullopt, at(1)).progress, 1);
 }
 
+TEST(Job, AwaitsLooksAtItsNoiseUnderTheirPlanUntilItEndsOrHasNoThreshold) {
+  JobRecord watched = record();
+  watched.spec.noise_threshold = 0.1;
+  const Job job(watched, at(0), 0);
+  const Digest plan = job.plan->digest;
+  EXPECT_TRUE(job.awaits_noise(plan));
+  EXPECT_FALSE(job.awaits_noise(digest_of("another plan")));
+  for (bool Job::*const end : {&Job::ended, &Job::broken}) {
+    Job over = job;
+    over.*end = true;
+    EXPECT_FALSE(over.awaits_noise(plan));
+  }
+  Job ending = job;
+  ending.ending = true;
+  EXPECT_TRUE(ending.awaits_noise(plan)) << "the disk may refuse it";
+  watched.spec.noise_threshold = 0;
+  const Job extended(watched, at(0), 0);
+  EXPECT_EQ(extended.plan->digest, plan);
+  EXPECT_FALSE(extended.awaits_noise(plan));
+}
+
 TEST(Job, KnowsThePlanThatItHadBeforeItsTimeWasUpAndCallsItEarlierUntilItIsThePlanAgain) {
   JobRecord asked = record();
   asked.spec.render.samples = 1000;

@@ -7,6 +7,8 @@
 #include <new>
 #include <thread>
 
+#include "server/coordinator/job_table.hpp"
+
 namespace tessera::server {
 namespace {
 
@@ -77,6 +79,58 @@ TEST_F(NoiseLooksTest, EndOnceNobodyWaitsForThem) {
   wanted = false;
   run_all();
   EXPECT_TRUE(told.empty());
+}
+
+TEST_F(NoiseLooksTest, EndOnceTheirJobGoesOnWithoutAThresholdThoughItsPlanIsTheSame) {
+  JobRecord record;
+  record.spec = films.find(1, 1)->plan().spec;
+  record.spec.noise_threshold = 0.1;
+  Job job(record, Instant(), 0);
+  std::atomic<int> tries = 0;
+  NoiseLooks looks(films, whole, changed, crew, pool, [&](const FilmSnapshot&) -> double {
+    ++tries;
+    throw std::bad_alloc();
+  });
+  NoiseLook look = look_of(1);
+  look.wanted = [&job, plan = job.plan->digest] { return job.awaits_noise(plan); };
+  crew.start("a look", looks.look(std::move(look)));
+  run_until([&] { return tries > 1; });
+  job.record.spec.noise_threshold = 0;
+  job.spec_changed();
+  run_all();
+  EXPECT_TRUE(told.empty());
+}
+
+TEST_F(NoiseLooksTest, ThatNobodyWaitsForEndWhileTheyWaitForMemory) {
+  const WholeFilms::Share others = whole.take(100);
+  std::atomic<int> tries = 0;
+  NoiseLooks looks(films, whole, changed, crew, pool, [&](const FilmSnapshot&) {
+    ++tries;
+    return 0.5;
+  });
+  crew.start("a look", looks.look(look_of(1)));
+  io.poll();
+  wanted = false;
+  changed.notify();
+  run_all();
+  EXPECT_EQ(tries, 0);
+  EXPECT_EQ(whole.used(), 100U);
+}
+
+TEST_F(NoiseLooksTest, AreNotToldIfNobodyWaitsForThemAnyMore) {
+  std::atomic<bool> measuring = false, go_on = false;
+  NoiseLooks looks(films, whole, changed, crew, pool, [&](const FilmSnapshot&) {
+    measuring = true;
+    while (!go_on) std::this_thread::yield();
+    return 0.5;
+  });
+  crew.start("a look", looks.look(look_of(1)));
+  run_until([&] { return measuring.load(); });
+  wanted = false;
+  go_on = true;
+  run_all();
+  EXPECT_TRUE(told.empty());
+  EXPECT_EQ(whole.used(), 0U);
 }
 
 TEST_F(NoiseLooksTest, AreAtAsManyFilmsAsThereIsMemoryFor) {

@@ -129,6 +129,32 @@ TEST_F(FramesByNoise, AreLookedAtFilmByFilmWhereMemoryIsShortAfterAStart) {
   EXPECT_LE(most, farm.film_memory + film) << "one that is looked at stays";
 }
 
+TEST_F(FramesByNoise, AreLookedAtThoughTheirJobIsBeingCancelledWhereTheDiskRefusesThat) {
+  constexpr std::int32_t frames = 12;
+  submit(watched(1e-9, 20, frames));
+  halt_and_keep(watched(1e-9, 20, frames), 3);
+  refuse("UPDATE ON jobs");
+  farm.film_memory = film_bytes(48 * 32, *image::default_layout());  // one look after another
+  farm.start();
+  Database disk = database();
+  disk.execute("BEGIN IMMEDIATE");  // what is to be kept waits
+  const auto scenario = [&]() -> awaitable<void> {
+    const auto cancelled = farm.go([](Farm& at, JobId job) -> awaitable<void> {
+      EXPECT_EQ(co_await refusal_of(at.coordinator->cancel(job)), ErrorKind::failed);
+    }(farm, id));
+    // Time enough for the looks.
+    co_await sleep_for(std::chrono::milliseconds(300));
+    EXPECT_FALSE(*cancelled);
+    disk.execute("COMMIT");
+    while (!*cancelled) co_await sleep_for(std::chrono::milliseconds(5));
+    allow();
+    co_await worker.connect(farm);
+    co_await worker.work([&] { return done(); });
+    EXPECT_TRUE(done()) << worker.ended;
+  };
+  farm.run(scenario());
+}
+
 TEST_F(FramesByNoise, HaveNoPictureBeforeTheirEndIsKept) {
   const auto ends = [&] { return database().integer("SELECT count(*) FROM shortened_frames"); };
   refuse("INSERT ON shortened_frames");
