@@ -298,21 +298,22 @@ void threads_ratio(const std::string& name, const render::Scene& scene) {
   print(name + "_two_threads_over_one", ratios[ratios.size() / 2], "times");
 }
 
-void measure(const std::string& name, scene::Scene&& description) {
+void measure(const std::string& name, scene::Scene&& description, bool share_alone) {
   const double began = thread_cpu_seconds();
   const accel::Device device;
   const render::Scene scene = worker::build_scene(std::move(description), device);
   print(name + "_build", thread_cpu_seconds() - began, "s_of_calling_thread");
   print(name + "_embree_memory", static_cast<double>(device.memory()) * 0x1p-20, "MiB");
   measure_share(name, scene);
+  if (share_alone) return;
   replay(name, scene);
   threads_ratio(name, scene);
 }
 
 }  // namespace
 
-/// bench_render [MILLION.json]: the scene of a million triangles, or two that are made here, of
-/// matte and of principled materials.
+/// bench_render [NAME ... | MILLION.json]: all scenes; or those named of cornell, million (matte
+/// materials) and million_principled, their shares alone; or a file in place of the last two.
 int main(int argc, char** argv) {
   try {
     const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);
@@ -324,13 +325,21 @@ int main(int argc, char** argv) {
     sigaction(SIGPROF, &action, nullptr);
     const char* source = std::getenv("TESSERA_SOURCE_DIR");
     const std::filesystem::path root = source != nullptr ? source : ".";
-    measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene);
-    if (argc > 1) {
-      measure("million", scene::load_scene(std::filesystem::path(argv[1])).scene);
-    } else {
-      measure("million", million(matte()));
-      measure("million_principled", million(principled()));
+    const std::vector<std::string> names(argv + 1, argv + argc);
+    const bool file = names.size() == 1 && names[0].ends_with(".json");
+    const bool shares_alone = !names.empty() && !file;
+    const auto wanted = [&](const std::string& name) {
+      return !shares_alone || std::find(names.begin(), names.end(), name) != names.end();
+    };
+    if (wanted("cornell"))
+      measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene, shares_alone);
+    if (file) {
+      measure("million", scene::load_scene(std::filesystem::path(names[0])).scene, false);
+      return 0;
     }
+    if (wanted("million")) measure("million", million(matte()), shares_alone);
+    if (wanted("million_principled"))
+      measure("million_principled", million(principled()), shares_alone);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

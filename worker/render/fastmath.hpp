@@ -3,8 +3,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <utility>
+
+#include "worker/render/wide.hpp"
 
 /// Elementary functions without the C library, whose results depend on the CPU it finds itself on.
 /// Only + − × ÷, sqrt, comparisons and bit operations in a fixed order, so the bits are the same
@@ -19,23 +22,23 @@ namespace detail {
 
 /// c[First] + c[First + 1]·x + … + c[First + Count − 1]·x^(Count − 1), in halves (Estrin): a chain
 /// of operations a third as long as Horner's.
-template <std::size_t First, std::size_t Count, std::size_t N>
-constexpr double polynomial_part(double x, const double (&c)[N]) {
+template <std::size_t First, std::size_t Count, std::size_t Terms, class N>
+constexpr N polynomial_part(N x, const double (&c)[Terms]) {
   if constexpr (Count == 1) {
     return c[First];
   } else if constexpr (Count == 2) {
     return c[First] + c[First + 1] * x;
   } else {
     constexpr std::size_t low = std::bit_ceil(Count) / 2;
-    double power = x;
+    N power = x;
     for (std::size_t n = 1; n < low; n *= 2) power *= power;
     return polynomial_part<First, low>(x, c) +
            polynomial_part<First + low, Count - low>(x, c) * power;
   }
 }
-template <std::size_t Count, std::size_t N>
-constexpr double polynomial(double x, const double (&c)[N]) {
-  static_assert(Count <= N);
+template <std::size_t Count, std::size_t Terms, class N>
+constexpr N polynomial(N x, const double (&c)[Terms]) {
+  static_assert(Count <= Terms);
   return polynomial_part<0, Count>(x, c);
 }
 
@@ -89,28 +92,31 @@ struct Terms<float> {
   static constexpr std::size_t sin = 6, cos = 6, exp = 9, atanh = 6, atan = 5;
 };
 
-/// To the nearest whole number (ties to even), for |x| < 2^51, in the default rounding mode.
-constexpr double round_near(double x) { return (x + 0x1.8p52) - 0x1.8p52; }
+/// A number of |x| < 2^51 that is added to it has its nearest whole number (ties to even, in the
+/// default rounding mode) in the sum's last bits.
+constexpr double whole_numbers = 0x1.8p52;
+constexpr double round_near(double x) { return (x + whole_numbers) - whole_numbers; }
 
 /// |r| ≤ π/4.
-template <class T>
-std::pair<double, double> sincos_reduced(double r) {
-  const double r2 = r * r;
+template <class T, class N>
+std::pair<N, N> sincos_reduced(N r) {
+  const N r2 = r * r;
   return {r * polynomial<Terms<T>::sin>(r2, sin_terms), polynomial<Terms<T>::cos>(r2, cos_terms)};
 }
 
-template <class T>
-std::pair<double, double> sincos_of(double x) {
+template <class T, class N>
+std::pair<N, N> sincos_of(N x) {
   // π/2 in three parts of at most 33 bits, so that n times each of the first two is exact (Cody and
   // Waite).
   constexpr double part1 = 0x1.921fb544p+0, part2 = 0x1.0b4611a6p-34, part3 = 0x1.3198a2e037073p-69;
-  const double n = round_near(x * 0.63661977236758134308);
-  const double r = ((x - n * part1) - n * part2) - n * part3;
+  const N shifted = x * 0.63661977236758134308 + whole_numbers;
+  const N n = shifted - whole_numbers;
+  const N r = ((x - n * part1) - n * part2) - n * part3;
   const auto [s, c] = sincos_reduced<T>(r);
-  const auto quadrant = static_cast<std::int64_t>(n) & 3;
-  const double sin_x = (quadrant & 1) != 0 ? c : s;
-  const double cos_x = (quadrant & 1) != 0 ? s : c;
-  return {(quadrant & 2) != 0 ? -sin_x : sin_x, quadrant == 1 || quadrant == 2 ? -cos_x : cos_x};
+  // The quadrant's two bits.
+  const auto odd = has_bit(shifted, 0), second = has_bit(shifted, 1);
+  const N sin_x = select(odd, c, s), cos_x = select(odd, s, c);
+  return {select(second, -sin_x, sin_x), select(odd ^ second, -cos_x, cos_x)};
 }
 
 template <class T>
@@ -138,37 +144,46 @@ double log_of(double x) {
 }
 
 /// Angle of (x, y) for 0 ≤ y ≤ x, 0 < x.
-template <class T>
-double atan_of_ratio(double y, double x) {
+template <class T, class N>
+N atan_of_ratio(N y, N x) {
   // atan(y/x) = atan(c) + atan((y − c·x)/(x + c·y)) with c the nearest quarter: the remainder is at
   // most 1/8.
   constexpr double atan_quarters[] = {0, 0.24497866312686415417, 0.46364760900080611621,
                                       0.64350110879328438680, 0.78539816339744830962};
-  const double y8 = 8 * y;
-  const int quarter = static_cast<int>(y8 > x) + static_cast<int>(y8 > 3 * x) +
-                      static_cast<int>(y8 > 5 * x) + static_cast<int>(y8 > 7 * x);
-  const double c = 0.25 * quarter;
-  const double r = (y - c * x) / (x + c * y);
-  return atan_quarters[quarter] + r * polynomial<Terms<T>::atan>(r * r, atan_terms);
+  const N y8 = 8.0 * y;
+  N c = 0.0, quarter = 0.0;
+  for (std::size_t i = 1; i < std::size(atan_quarters); ++i) {
+    const auto above = y8 > static_cast<double>(2 * i - 1) * x;
+    c = select(above, N(0.25 * static_cast<double>(i)), c);
+    quarter = select(above, N(atan_quarters[i]), quarter);
+  }
+  const N r = (y - c * x) / (x + c * y);
+  return quarter + r * polynomial<Terms<T>::atan>(r * r, atan_terms);
+}
+
+/// The angle of (x, y) where both are finite and not both 0.
+template <class T, class N>
+N finite_atan2(N y, N x) {
+  // Selections, not branches: which octant it is cannot be foretold.
+  const N ay = with_sign(y, N(1.0)), ax = with_sign(x, N(1.0));
+  const auto steep = ay > ax;
+  const N angle = atan_of_ratio<T>(select(steep, ax, ay), select(steep, ay, ax));
+  const N acute = select(steep, 1.57079632679489661923 - angle, angle);
+  return with_sign(select(x < 0.0, 3.14159265358979323846 - acute, acute), y);
 }
 
 template <class T>
 double atan2_of(double y, double x) {
   if (std::isnan(x) || std::isnan(y)) return x + y;
-  double ay = std::abs(y), ax = std::abs(x);
-  if (ax == 0 && ay == 0) return std::copysign(std::signbit(x) ? 3.14159265358979323846 : 0.0, y);
-  if (std::isinf(ax)) {
-    ay = std::isinf(ay) ? 1 : 0;
-    ax = 1;
-  } else if (std::isinf(ay)) {
-    ax = 0;
-    ay = 1;
+  if (x == 0 && y == 0) return std::copysign(std::signbit(x) ? 3.14159265358979323846 : 0.0, y);
+  if (std::isinf(x)) {
+    y = std::copysign(std::isinf(y) ? 1.0 : 0.0, y);
+    x = std::copysign(1.0, x);
+  } else if (std::isinf(y)) {
+    x = 0;
+    y = std::copysign(1.0, y);
   }
-  // Selections, not branches: which octant it is cannot be foretold.
-  const bool steep = ay > ax;
-  const double angle = atan_of_ratio<T>(steep ? ax : ay, steep ? ay : ax);
-  const double acute = steep ? 1.57079632679489661923 - angle : angle;
-  return std::copysign(x < 0 ? 3.14159265358979323846 - acute : acute, y);
+  return finite_atan2<T>(y, x);
 }
 
 }  // namespace detail
@@ -176,15 +191,18 @@ double atan2_of(double y, double x) {
 /// Sine and cosine of an angle in radians, |x| ≤ 1e5 (float and double); beyond it the error grows
 /// with x.
 inline std::pair<float, float> sincos(float x) {
-  const auto [s, c] = detail::sincos_of<float>(x);
+  const auto [s, c] = detail::sincos_of<float>(static_cast<double>(x));
   return {static_cast<float>(s), static_cast<float>(c)};
 }
 /// The same for |x| ≤ π/4, with the same bits, in less time.
 inline std::pair<float, float> sincos_near_zero(float x) {
-  const auto [s, c] = detail::sincos_reduced<float>(x);
+  const auto [s, c] = detail::sincos_reduced<float>(static_cast<double>(x));
   return {static_cast<float>(s), static_cast<float>(c)};
 }
 inline std::pair<double, double> sincos(double x) { return detail::sincos_of<double>(x); }
+inline std::pair<WideDouble, WideDouble> sincos(const WideDouble& x) {
+  return detail::sincos_of<double>(x);
+}
 inline float sin(float x) { return sincos(x).first; }
 inline float cos(float x) { return sincos(x).second; }
 inline double sin(double x) { return sincos(x).first; }
@@ -193,6 +211,11 @@ inline double cos(double x) { return sincos(x).second; }
 /// The angle of (x, y), −π … π. atan2(±0, +0) is ±0, atan2(±0, −0) is ±π, as in C.
 inline float atan2(float y, float x) { return static_cast<float>(detail::atan2_of<float>(y, x)); }
 inline double atan2(double y, double x) { return detail::atan2_of<double>(y, x); }
+/// The same where both are finite and not both 0.
+inline double finite_atan2(double y, double x) { return detail::finite_atan2<double>(y, x); }
+inline WideDouble finite_atan2(const WideDouble& y, const WideDouble& x) {
+  return detail::finite_atan2<double>(y, x);
+}
 inline float atan(float x) { return atan2(x, 1.0F); }
 inline double atan(double x) { return atan2(x, 1.0); }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <cstdint>
 
 #include "worker/render/bsdf/material.hpp"
@@ -62,6 +63,20 @@ inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
     __builtin_prefetch(&geometry.positions[vertex]);
     if (!geometry.normals.empty()) __builtin_prefetch(&geometry.normals[vertex]);
     if (!geometry.uvs[0].empty()) __builtin_prefetch(&geometry.uvs[0][vertex]);
+  }
+}
+
+/// Reads a part of each thing that surface_at() will read, and drops it. What was asked for may
+/// have been pushed out again by what rays met since. Called for many hits one after the other it
+/// waits for all of them at once; surface_at() and what follows it are too long for that.
+inline void await_surface(const Geometry& geometry, std::uint32_t face) {
+  const auto await = [](auto word) { asm volatile("" ::"r"(word)); };
+  await(geometry.materials[face]);
+  if (geometry.kind != GeometryKind::triangles) return;
+  for (const std::uint32_t vertex : geometry.triangles[face]) {
+    await(std::bit_cast<std::uint32_t>(geometry.positions[vertex][0]));
+    if (!geometry.normals.empty()) await(geometry.normals[vertex]);
+    if (!geometry.uvs[0].empty()) await(std::bit_cast<std::uint32_t>(geometry.uvs[0][vertex].x));
   }
 }
 

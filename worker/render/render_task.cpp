@@ -133,7 +133,7 @@ void render_block(const Plan& plan, const Rect& rect, image::TileImage& image, C
                         .light_samples = settings.light_samples,
                         .aovs = plan.request.aovs,
                         .follow_specular = settings.aovs_follow_specular,
-                        .closure = {}},
+                        .closures = {}},
               .aovs = AovSums(*image.layout, plan.request.aovs, plan.scene.light_groups),
               .extras = {},
               .samples = {},

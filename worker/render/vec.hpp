@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "worker/render/wide.hpp"
+
 /// Plain vectors and colours. Float where light is carried, double where transforms are composed or
 /// solid angles measured. std::sqrt and std::abs are the only functions of the C library used here:
 /// both are exact.
@@ -58,13 +60,20 @@ constexpr T length_squared(const Vector3<T>& v) {
 }
 template <class T>
 T length(const Vector3<T>& v) {
-  return std::sqrt(dot(v, v));
+  return square_root(dot(v, v));
 }
 /// v / |v|. The zero vector, and one whose length is no number, give the zero vector.
 template <class T>
 Vector3<T> normalize(const Vector3<T>& v) {
   const T l = length(v);
   return l > 0 ? v * (T(1) / l) : Vector3<T>{};
+}
+template <class T>
+Vector3<Wide<T>> normalize(const Vector3<Wide<T>>& v) {
+  const Wide<T> l = length(v), inverse = T(1) / l, none = T(0);
+  const auto some = l > none;
+  return {select(some, v.x * inverse, none), select(some, v.y * inverse, none),
+          select(some, v.z * inverse, none)};
 }
 inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

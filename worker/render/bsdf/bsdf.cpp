@@ -1,75 +1,15 @@
 #include "worker/render/bsdf/bsdf.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 
-#include "worker/render/bsdf/dielectric.hpp"
-#include "worker/render/bsdf/diffuse.hpp"
-#include "worker/render/bsdf/eon.hpp"
-#include "worker/render/bsdf/microfacet.hpp"
-#include "worker/render/bsdf/mirror.hpp"
-#include "worker/render/bsdf/pane.hpp"
-#include "worker/render/bsdf/rough_dielectric.hpp"
+#include "worker/render/bsdf/bsdf_batch.hpp"
+#include "worker/render/bsdf/lobe_calls.hpp"
 
 namespace tessera::render {
 
 namespace {
-
-std::size_t index_of(int lobe) { return static_cast<std::size_t>(lobe); }
-
-bool is_smooth(const Lobe& lobe) { return (lobe_flags(lobe.kind) & lobe_flag::specular) == 0; }
-
-LobeSample sample_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
-  switch (lobe.kind) {
-    case LobeKind::diffuse:
-      return diffuse::sample(lobe, wo, u);
-    case LobeKind::mirror:
-      return mirror::sample(lobe, wo);
-    case LobeKind::dielectric:
-      return dielectric::sample(lobe, wo, u_lobe);
-    case LobeKind::eon:
-      return eon::sample(lobe, wo, u);
-    case LobeKind::microfacet:
-    case LobeKind::microfacet_through:
-      return microfacet::sample(lobe, wo, u_lobe, u);
-    case LobeKind::rough_dielectric:
-      return rough_dielectric::sample(lobe, wo, u_lobe, u);
-    case LobeKind::pane:
-      return pane::sample(lobe, wo, u_lobe);
-  }
-  return {};
-}
-
-Scattering scattering_lobe(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
-  switch (lobe.kind) {
-    case LobeKind::diffuse:
-      return {.value = diffuse::eval(lobe, wo, wi), .pdf = diffuse::pdf(wo, wi)};
-    case LobeKind::eon:
-      return {.value = eon::eval(lobe, wo, wi), .pdf = eon::pdf(wo, wi)};
-    case LobeKind::microfacet:
-    case LobeKind::microfacet_through:
-      return microfacet::scattering(lobe, wo, wi);
-    case LobeKind::rough_dielectric:
-      return rough_dielectric::scattering(lobe, wo, wi);
-    case LobeKind::mirror:
-    case LobeKind::dielectric:
-    case LobeKind::pane:
-      break;
-  }
-  return {};
-}
-
-/// Of lobes that are weighed together with others: the weight and pdf of what is drawn may be any
-/// above 0.
-LobeSample draw_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
-  if (lobe.kind != LobeKind::microfacet && lobe.kind != LobeKind::microfacet_through)
-    return sample_lobe(lobe, wo, u_lobe, u);
-  const Vec3 wi = microfacet::draw(lobe, wo, u_lobe, u);
-  if (wi.z == 0) return {};
-  return {.wi = wi,
-          .weight = gray(1),
-          .pdf = 1,
-          .transmission = lobe.kind == LobeKind::microfacet_through};
-}
 
 /// A pair of directions, in the world and in the shading frame.
 struct Pair {
@@ -118,18 +58,37 @@ struct Framed {
   return sum;
 }
 
-Scattering scattering_of(const Closure& closure, const Pair& at) {
-  if (closure.frame_count > 0) return scattering_framed(closure, at);
-  if (!at.agrees()) return {};
-  if (closure.count == 1) return scattering_lobe(closure.lobes[0], at.wo, at.wi);
+/// Sums up what a closure's lobes scatter, one after the other.
+Scattering sum_of(const Closure& closure, const Scattering* parts) {
+  if (closure.count == 1) return parts[0];
   Scattering sum;
   for (std::size_t i = 0; i < index_of(closure.count); ++i) {
-    const Scattering one = scattering_lobe(closure.lobes[i], at.wo, at.wi);
-    sum.value += one.value;
-    sum.pdf += closure.pick[i] * one.pdf;
+    sum.value += parts[i].value;
+    sum.pdf += closure.pick[i] * parts[i].pdf;
   }
   if (closure.count > 0) sum.pdf /= closure.pick_sum;
   return sum;
+}
+
+Scattering scattering_of(const Closure& closure, const Pair& at) {
+  if (closure.frame_count > 0) return scattering_framed(closure, at);
+  if (!at.agrees()) return {};
+  std::array<Scattering, Closure::lobes_max> parts;
+  for (std::size_t i = 0; i < index_of(closure.count); ++i)
+    parts[i] = scattering_lobe(closure.lobes[i], at.wo, at.wi);
+  return sum_of(closure, parts.data());
+}
+
+/// Most surfaces by far: diffuse alone, without the loops.
+bool is_plain(const Closure& closure) {
+  const Lobe& first = closure.lobes[0];
+  return closure.count == 1 && first.kind == LobeKind::diffuse && first.frame == 0;
+}
+Scattering plain_scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  const float cos_o = dot(wo, closure.shading.n), cos_i = dot(wi, closure.shading.n);
+  if (!(cos_o * cos_i > 0) || !on_one_side(closure, wo, wi)) return {};
+  const float density = inv_pi * std::abs(cos_i);
+  return {.value = closure.lobes[0].weight * density, .pdf = density};
 }
 
 const Frame& frame_of(const Closure& closure, const Lobe& lobe) {
@@ -156,105 +115,127 @@ Choice choose(const Closure& closure, float u) {
           .u = std::min(rest / pick, one_minus_epsilon)};
 }
 
-}  // namespace
+/// A direction that is drawn. Its value and density may be still to be asked for.
+struct Drawn {
+  enum class Weighed : std::uint8_t { already, by_lobe, by_all };
 
-BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) {
+  BsdfSample sample;
+  Weighed weighed = Weighed::already;
+  const Lobe* lobe = nullptr;
+  Vec3 wo, wi;  ///< in the lobe's frame
+};
+
+void weigh(const Scattering& all, BsdfSample& drawn) {
+  if (all.pdf > 0) {
+    drawn.pdf = all.pdf;
+    drawn.weight = all.value / all.pdf;
+  } else {
+    drawn = {.kind = drawn.kind};
+  }
+}
+
+Drawn draw(const BsdfRequest& request) {
+  const Closure& closure = *request.closure;
   if (closure.count == 0) return {};
-  const Choice choice = choose(closure, u_lobe);
+  const Choice choice = choose(closure, request.u_lobe);
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
   const Frame& frame = frame_of(closure, lobe);
-  const bool alone = closure.count == 1;
-  const LobeSample drawn = alone ? sample_lobe(lobe, frame.to_local(wo), choice.u, u)
-                                 : draw_lobe(lobe, frame.to_local(wo), choice.u, u);
-  if (!(drawn.pdf > 0)) return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
+  Drawn out{.sample = {.kind = lobe.kind, .specular = !is_smooth(lobe)}, .lobe = &lobe};
+  out.wo = frame.to_local(request.wo);
+  const LobeSample drawn = sample_lobe(lobe, out.wo, choice.u, request.u);
+  if (!(drawn.pdf > 0)) return out;
+  out.wi = drawn.wi;
+  const Vec3 wi = frame.to_world(drawn.wi);
+  if (on_one_side(closure, request.wo, wi) == drawn.transmission) return out;
 
-  BsdfSample result{.wi = frame.to_world(drawn.wi),
-                    .weight = drawn.weight,
-                    .pdf = drawn.pdf,
-                    .kind = lobe.kind,
-                    .specular = !is_smooth(lobe),
-                    .transmission = drawn.transmission,
-                    .eta = drawn.eta};
-  if (on_one_side(closure, wo, result.wi) == drawn.transmission) {
-    return {.kind = lobe.kind, .specular = !is_smooth(lobe)};
+  out.sample.wi = wi;
+  out.sample.weight = drawn.weight;
+  out.sample.pdf = drawn.pdf;
+  out.sample.transmission = drawn.transmission;
+  out.sample.eta = drawn.eta;
+  if (closure.count == 1) {
+    if (is_microfacet(lobe)) out.weighed = Drawn::Weighed::by_lobe;
+  } else if (out.sample.specular) {
+    out.sample.pdf *= choice.probability;
+    out.sample.weight = drawn.weight / choice.probability;
+  } else {
+    out.weighed = Drawn::Weighed::by_all;
   }
-  if (!alone) {
-    if (result.specular) {
-      result.pdf *= choice.probability;
-      result.weight = drawn.weight / choice.probability;
-    } else {
-      const Scattering all = scattering_of(closure, Pair(closure, wo, result.wi));
-      if (!(all.pdf > 0)) return {.kind = lobe.kind};
-      result.pdf = all.pdf;
-      result.weight = all.value / all.pdf;
-    }
-  }
-  return result;
-}
-
-Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
-  const Lobe& first = closure.lobes[0];
-  if (closure.count == 1 && first.kind == LobeKind::diffuse && first.frame == 0) {
-    // Most surfaces by far: without the loops.
-    const float cos_o = dot(wo, closure.shading.n), cos_i = dot(wi, closure.shading.n);
-    if (!(cos_o * cos_i > 0) || !on_one_side(closure, wo, wi)) return {};
-    const float density = inv_pi * std::abs(cos_i);
-    return {.value = first.weight * density, .pdf = density};
-  }
-  return scattering_of(closure, Pair(closure, wo, wi));
-}
-
-Lobe scaled(const Lobe& lobe, const Color& by) {
-  Lobe out = lobe;
-  // An eon lobe is not linear in its albedo; later bounces in a rough dielectric are multiplied by
-  // weight and tint anyhow.
-  if (lobe.kind != LobeKind::eon) out.weight *= by;
-  out.tint *= by;
-  out.dip *= by;
-  if (lobe.kind != LobeKind::rough_dielectric) out.multiple *= by;
   return out;
 }
 
-void scale(Closure& closure, int first, float by) {
-  for (std::size_t i = index_of(first); i < index_of(closure.count); ++i) {
-    closure.lobes[i] = scaled(closure.lobes[i], gray(by));
-    closure.pick[i] *= by;
+}  // namespace
+
+BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) {
+  Drawn drawn = draw({&closure, wo, u_lobe, u});
+  if (drawn.weighed == Drawn::Weighed::by_lobe)
+    weigh(scattering_lobe(*drawn.lobe, drawn.wo, drawn.wi), drawn.sample);
+  else if (drawn.weighed == Drawn::Weighed::by_all)
+    weigh(scattering_of(closure, Pair(closure, wo, drawn.sample.wi)), drawn.sample);
+  return drawn.sample;
+}
+
+Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
+  if (is_plain(closure)) return plain_scattering(closure, wo, wi);
+  return scattering_of(closure, Pair(closure, wo, wi));
+}
+
+void BsdfBatch::add(const ScatteringRequest& request, Scattering& out) {
+  const Closure& closure = *request.closure;
+  if (is_plain(closure)) {
+    out = plain_scattering(closure, request.wo, request.wi);
+    return;
   }
-  if (!(by > 0)) closure.count = std::min(closure.count, first);
-  // Summed anew, so that what is left out leaves nothing behind.
-  closure.pick_sum = 0;
-  closure.flags = 0;
-  closure.has_smooth = false;
-  for (std::size_t i = 0; i < index_of(closure.count); ++i) {
-    const std::uint8_t bits = lobe_flags(closure.lobes[i].kind);
-    closure.pick_sum += closure.pick[i];
-    closure.flags = static_cast<std::uint8_t>(closure.flags | bits);
-    closure.has_smooth = closure.has_smooth || is_smooth(closure.lobes[i]);
+  const Pair at(closure, request.wo, request.wi);
+  const auto lobes = index_of(closure.count);
+  if (closure.frame_count > 0 || used_ + lobes > parts_.size()) {
+    out = scattering_of(closure, at);
+    return;
+  }
+  if (!at.agrees()) {
+    out = {};
+    return;
+  }
+  sums_[count_++] = {&closure, &out, used_};
+  for (std::size_t i = 0; i < lobes; ++i) {
+    const Lobe& lobe = closure.lobes[i];
+    Scattering& part = parts_[used_++];
+    if (is_microfacet(lobe)) {
+      microfacets_.add(lobe, at.wo, at.wi, part);
+    } else {
+      part = scattering_lobe(lobe, at.wo, at.wi);
+    }
   }
 }
 
-Color albedo(const Closure& closure) {
-  Color sum;
-  for (int i = 0; i < closure.count; ++i) {
-    const Lobe& lobe = closure.lobes[index_of(i)];
-    switch (lobe.kind) {
-      case LobeKind::dielectric:
-      case LobeKind::rough_dielectric:
-      case LobeKind::pane:
-        sum += gray(std::max(max_component(lobe.weight), max_component(lobe.tint)));
-        break;
-      case LobeKind::mirror:
-        sum += is_black(lobe.tint) ? lobe.weight : lobe.tint;
-        break;
-      case LobeKind::eon:
-        sum += lobe.weight * lobe.tint;
-        break;
-      default:
-        sum += lobe.weight;
-    }
+void BsdfBatch::answer() {
+  microfacets_.answer();
+  for (std::size_t i = 0; i < count_; ++i)
+    *sums_[i].out = sum_of(*sums_[i].closure, &parts_[sums_[i].first]);
+  count_ = used_ = 0;
+}
+
+void BsdfBatch::scattering(std::span<const ScatteringRequest> asked, std::span<Scattering> found) {
+  assert(asked.size() <= at_once && asked.size() <= found.size());
+  for (std::size_t i = 0; i < asked.size(); ++i) add(asked[i], found[i]);
+  answer();
+}
+
+void BsdfBatch::sample(std::span<const BsdfRequest> asked, std::span<BsdfSample> found) {
+  assert(asked.size() <= at_once && asked.size() <= found.size());
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const Drawn drawn = draw(asked[i]);
+    found[i] = drawn.sample;
+    if (drawn.weighed == Drawn::Weighed::already) continue;
+    if (drawn.weighed == Drawn::Weighed::by_lobe)
+      microfacets_.add(*drawn.lobe, drawn.wo, drawn.wi, weights_[i]);
+    else
+      add({asked[i].closure, asked[i].wo, drawn.sample.wi}, weights_[i]);
+    waiting_[waiting_count_++] = i;
   }
-  return {std::clamp(sum.r, 0.0F, 1.0F), std::clamp(sum.g, 0.0F, 1.0F),
-          std::clamp(sum.b, 0.0F, 1.0F)};
+  answer();
+  for (std::size_t k = 0; k < waiting_count_; ++k) weigh(weights_[waiting_[k]], found[waiting_[k]]);
+  waiting_count_ = 0;
 }
 
 }  // namespace tessera::render

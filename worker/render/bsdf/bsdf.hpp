@@ -160,6 +160,13 @@ struct BsdfSample {
 
 /// u_lobe chooses the lobe (and within a dielectric, reflection or refraction); u the direction.
 BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u);
+/// What sample() is asked.
+struct BsdfRequest {
+  const Closure* closure = nullptr;
+  Vec3 wo;
+  float u_lobe = 0;
+  Vec2 u;
+};
 /// True if wo and wi are on one side of the surface: of the face, or, where that stands for
 /// something round which only reflects, of the plane that touches what it stands for.
 inline bool on_one_side(const Closure& closure, const Vec3& wo, const Vec3& wi) {
@@ -173,6 +180,11 @@ struct Scattering {
   float pdf = 0;  ///< the density with which sample() gives wi by such a lobe
 };
 Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi);
+/// What scattering() is asked.
+struct ScatteringRequest {
+  const Closure* closure = nullptr;
+  Vec3 wo, wi;
+};
 /// One of the two alone.
 inline Color eval(const Closure& closure, const Vec3& wo, const Vec3& wi) {
   return scattering(closure, wo, wi).value;

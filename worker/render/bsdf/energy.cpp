@@ -134,12 +134,19 @@ Steps steps_for(float eta) {
 
 }  // namespace
 
-float reflection(float cosine, float alpha) {
-  return reflection_tables().albedo.at(warp_cosine(cosine, std::max(alpha, alpha_least)),
+namespace {
+template <class N>
+N reflection_of(N cosine, N alpha) {
+  return reflection_tables().albedo.at(warp_cosine(cosine, greater(alpha, N(alpha_least))),
                                        warp_alpha(alpha));
 }
+}  // namespace
+float reflection(float cosine, float alpha) { return reflection_of(cosine, alpha); }
+WideFloat reflection(const WideFloat& cosine, const WideFloat& alpha) {
+  return reflection_of(cosine, alpha);
+}
 Bounce bounce(float cosine, float alpha) {
-  using Place = Table<Reflection::side>::Place;
+  using Place = Table<Reflection::side>::Place<float>;
   const Reflection& tables = reflection_tables();
   const Place y(warp_alpha(alpha));
   return {tables.albedo.at(Place(warp_cosine(cosine, std::max(alpha, alpha_least))), y),

@@ -2,6 +2,8 @@
 #include <array>
 #include <cstddef>
 
+#include "worker/render/wide.hpp"
+
 /// What rough surfaces scatter at the first bounce between microfacets, and so what is lost to the
 /// later ones: tables made once in a process by a fixed quadrature over visible normals, without
 /// libm, so that all machines have the same bits. Making them takes some tens of milliseconds;
@@ -18,27 +20,48 @@ struct Table {
     return static_cast<std::size_t>(j) * Side + static_cast<std::size_t>(i);
   }
   /// Between two points of an axis.
+  template <class N>
   struct Place {
-    int low;
-    float part;  ///< of the next one
+    N low;   ///< which is the lower one
+    N part;  ///< of the next one
     /// 0…1.
-    explicit Place(float x) {
-      const float at = x * (Side - 1);
-      low = at < Side - 2 ? static_cast<int>(at) : Side - 2;
-      part = at - static_cast<float>(low);
+    explicit Place(N x) {
+      constexpr auto last = static_cast<float>(Side - 2);
+      const N at = x * static_cast<float>(Side - 1);
+      low = select(at < last, whole_part(at), N(last));
+      part = at - low;
     }
   };
-  [[nodiscard]] float at(const Place& x, const Place& y) const {
-    const float* p = &values[index(x.low, y.low)];
-    return (p[0] * (1 - x.part) + p[1] * x.part) * (1 - y.part) +
-           (p[Side] * (1 - x.part) + p[Side + 1] * x.part) * y.part;
+  [[nodiscard]] float at(const Place<float>& x, const Place<float>& y) const {
+    const float* p = &values[index(static_cast<int>(x.low), static_cast<int>(y.low))];
+    return between(x, y, p[0], p[1], p[Side], p[Side + 1]);
   }
-  [[nodiscard]] float at(float x, float y) const { return at(Place(x), Place(y)); }
+  [[nodiscard]] float at(float x, float y) const { return at(Place<float>(x), Place<float>(y)); }
+  [[nodiscard]] WideFloat at(const WideFloat& x_at, const WideFloat& y_at) const {
+    const Place<WideFloat> x(x_at), y(y_at);
+    WideFloat a, b, c, d;
+    for (std::size_t lane = 0; lane < WideFloat::lanes; ++lane) {
+      const float* p = &values[index(static_cast<int>(x.low[lane]), static_cast<int>(y.low[lane]))];
+      a.set(lane, p[0]);
+      b.set(lane, p[1]);
+      c.set(lane, p[Side]);
+      d.set(lane, p[Side + 1]);
+    }
+    return between(x, y, a, b, c, d);
+  }
+
+ private:
+  template <class N>
+  static N between(const Place<N>& x, const Place<N>& y, N a, N b, N c, N d) {
+    return (a * (1.0F - x.part) + b * x.part) * (1.0F - y.part) +
+           (c * (1.0F - x.part) + d * x.part) * y.part;
+  }
 };
 
 /// Of a surface that reflects everything at its microfacets.
 /// The part of the light from a direction that leaves after one bounce; 1 where it is smooth.
 float reflection(float cosine, float alpha);
+WideFloat reflection(const WideFloat& cosine, const WideFloat& alpha);
 /// The same, and with it the mean of Schlick's (1 − c)^5 over the microfacets at which it bounces.
 struct Bounce {
   float albedo = 0;

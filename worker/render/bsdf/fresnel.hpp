@@ -55,10 +55,24 @@ constexpr float schlick(float cosine) {
 struct Reflectance {
   Color normal, rise, dip;
 
+  /// How much of its rise and of its dip there is at a cosine.
+  template <class N>
+  struct Parts {
+    N rise, dip;
+    explicit Parts(N cosine) {
+      const N m = within(1.0F - cosine, N(0.0F), N(1.0F)), m2 = m * m, m5 = m2 * m2 * m;
+      rise = m5;
+      dip = (1.0F - m) * m * m5;
+    }
+    /// F(c) of one channel.
+    [[nodiscard]] N of(N normal_of, N rise_of, N dip_of) const {
+      return greater(normal_of + rise_of * rise - dip_of * dip, N(0.0F));
+    }
+  };
   [[nodiscard]] Color at(float cosine) const {
-    const float m = std::clamp(1 - cosine, 0.0F, 1.0F), m2 = m * m, m5 = m2 * m2 * m;
-    const Color f = normal + rise * m5 - dip * ((1 - m) * m * m5);
-    return {std::max(f.r, 0.0F), std::max(f.g, 0.0F), std::max(f.b, 0.0F)};
+    const Parts<float> parts(cosine);
+    return {parts.of(normal.r, rise.r, dip.r), parts.of(normal.g, rise.g, dip.g),
+            parts.of(normal.b, rise.b, dip.b)};
   }
   /// 2∫F(c)·c dc over 0…1.
   [[nodiscard]] Color mean() const { return normal + rise * (1 / 21.0F) - dip * (1 / 126.0F); }

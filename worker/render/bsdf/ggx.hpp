@@ -12,34 +12,40 @@ namespace tessera::render::ggx {
 /// Below this α a surface is taken to be smooth.
 inline constexpr float alpha_smooth = 1e-4F;
 
-struct Roughness {
-  float alpha_x = 1, alpha_y = 1;
+template <class N>
+struct BasicRoughness {
+  N alpha_x = 1, alpha_y = 1;
 };
+using Roughness = BasicRoughness<float>;
 
 inline bool is_smooth(const Roughness& r) { return std::max(r.alpha_x, r.alpha_y) < alpha_smooth; }
 
 /// √(z² + αx²x² + αy²y²): the length of v as the stretched surface sees it.
-inline float stretched(const Roughness& r, const Vec3& v) {
-  const float x = r.alpha_x * v.x, y = r.alpha_y * v.y;
-  return std::sqrt(v.z * v.z + x * x + y * y);
+template <class N>
+N stretched(const BasicRoughness<N>& r, const Vector3<N>& v) {
+  const N x = r.alpha_x * v.x, y = r.alpha_y * v.y;
+  return square_root(v.z * v.z + x * x + y * y);
 }
 
 /// D(m) = 1 / (π·αx·αy·e²) with e = (x/αx)² + (y/αy)² + z², per projected area, for a unit normal
 /// m. By one division, as all of it is multiplied by αx·αy.
-inline float distribution(const Roughness& r, const Vec3& m) {
-  const float area = r.alpha_x * r.alpha_y;
-  const float x = r.alpha_y * m.x, y = r.alpha_x * m.y, z = area * m.z;
-  const float e = x * x + y * y + z * z;
+template <class N>
+N distribution(const BasicRoughness<N>& r, const Vector3<N>& m) {
+  const N area = r.alpha_x * r.alpha_y;
+  const N x = r.alpha_y * m.x, y = r.alpha_x * m.y, z = area * m.z;
+  const N e = x * x + y * y + z * z;
   return area * area * area / (pi * e * e);
 }
 
 /// G1(v) / |v.z|.
-inline float masking_over_cosine(const Roughness& r, const Vec3& v) {
-  return 2 / (std::abs(v.z) + stretched(r, v));
+template <class N>
+N masking_over_cosine(const BasicRoughness<N>& r, const Vector3<N>& v) {
+  return 2.0F / (magnitude(v.z) + stretched(r, v));
 }
 /// G2(a, b) / (|a.z|·|b.z|), height-correlated (Heitz 2014): 1 / (1 + Λ(a) + Λ(b)).
-inline float masking_over_cosines(const Roughness& r, const Vec3& a, const Vec3& b) {
-  return 2 / (stretched(r, a) * std::abs(b.z) + stretched(r, b) * std::abs(a.z));
+template <class N>
+N masking_over_cosines(const BasicRoughness<N>& r, const Vector3<N>& a, const Vector3<N>& b) {
+  return 2.0F / (stretched(r, a) * magnitude(b.z) + stretched(r, b) * magnitude(a.z));
 }
 /// G2 / G1(a): what of b's light is left when m was drawn as seen from a.
 inline float masking_ratio(const Roughness& r, const Vec3& a, const Vec3& b) {

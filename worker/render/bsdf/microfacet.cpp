@@ -31,6 +31,26 @@ Sides turned_up(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   return out;
 }
 
+/// Light that bounces once between microfacets; both directions are up.
+template <class N>
+struct Once {
+  N factor;  ///< of the value, beside the reflectance at the cosine
+  N cosine;  ///< at the microfacet
+  N pdf;
+  Once(const ggx::BasicRoughness<N>& roughness, const Vector3<N>& wo, const Vector3<N>& wi) {
+    const Vector3<N> m = normalize(wo + wi);
+    const N quarter = ggx::distribution(roughness, m) * 0.25F;
+    factor = quarter * ggx::masking_over_cosines(roughness, wo, wi) * wi.z;
+    cosine = dot(wo, m);
+    pdf = quarter * ggx::masking_over_cosine(roughness, wo);
+  }
+};
+/// The density where what bounced more than once is drawn with the chance `share`.
+template <class N>
+N pdf_of_all(N share, N once, N cosine) {
+  return (1.0F - share) * once + share * inv_pi * cosine;
+}
+
 Reflectance reflectance_of(const Lobe& lobe) {
   return lobe.kind == LobeKind::microfacet ? Reflectance{lobe.weight, lobe.tint, lobe.dip}
                                            : Reflectance{lobe.weight, {}, {}};
@@ -85,17 +105,69 @@ Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {
   const Sides at = turned_up(lobe, wo, wi);
   if (!at.meet) return {};
   const ggx::Roughness roughness{lobe.alpha_x, lobe.alpha_y};
-  const Vec3 m = normalize(at.wo + at.wi);
-  const float quarter = ggx::distribution(roughness, m) * 0.25F;
-  const float once = quarter * ggx::masking_over_cosine(roughness, at.wo);
-  Scattering out{.value = reflectance_of(lobe).at(dot(at.wo, m)) *
-                          (quarter * ggx::masking_over_cosines(roughness, at.wo, at.wi) * at.wi.z),
-                 .pdf = once};
+  const Once<float> once(roughness, at.wo, at.wi);
+  Scattering out{.value = reflectance_of(lobe).at(once.cosine) * once.factor, .pdf = once.pdf};
   if (!(lobe.multiple_share > 0)) return out;
   const float lost = 1 - energy::reflection(at.wi, roughness);
   out.value += lobe.multiple * (lost * at.wi.z);
-  out.pdf = (1 - lobe.multiple_share) * once + lobe.multiple_share * inv_pi * at.wi.z;
+  out.pdf = pdf_of_all(lobe.multiple_share, once.pdf, at.wi.z);
   return out;
+}
+
+void Batch::add(const Lobe& lobe, const Vec3& wo, const Vec3& wi, Scattering& out) {
+  const Sides at = turned_up(lobe, wo, wi);
+  if (!at.meet) {
+    out = {};
+    return;
+  }
+  if (lobe.alpha_x != lobe.alpha_y) {
+    out = scattering(lobe, wo, wi);
+    return;
+  }
+  const Reflectance reflectance = reflectance_of(lobe);
+  const std::array<float, numbers> of{at.wo.x,
+                                      at.wo.y,
+                                      at.wo.z,
+                                      at.wi.x,
+                                      at.wi.y,
+                                      at.wi.z,
+                                      lobe.alpha_x,
+                                      lobe.multiple_share,
+                                      reflectance.normal.r,
+                                      reflectance.normal.g,
+                                      reflectance.normal.b,
+                                      reflectance.rise.r,
+                                      reflectance.rise.g,
+                                      reflectance.rise.b,
+                                      reflectance.dip.r,
+                                      reflectance.dip.g,
+                                      reflectance.dip.b,
+                                      lobe.multiple.r,
+                                      lobe.multiple.g,
+                                      lobe.multiple.b};
+  for (std::size_t i = 0; i < numbers; ++i) asked_[i][count_] = of[i];
+  found_[count_++] = &out;
+  if (count_ == WideFloat::lanes) answer();
+}
+
+void Batch::answer() {
+  if (count_ == 0) return;
+  const auto number = [&](std::size_t i) { return WideFloat::load(asked_[i].data()); };
+  const Vector3<WideFloat> wo{number(0), number(1), number(2)}, wi{number(3), number(4), number(5)};
+  const WideFloat alpha = number(6), share = number(7);
+  const Once<WideFloat> once({alpha, alpha}, wo, wi);
+  const Reflectance::Parts<WideFloat> parts(once.cosine);
+  const WideFloat later = (1.0F - energy::reflection(lesser(wi.z, WideFloat(1.0F)), alpha)) * wi.z;
+  const auto some = share > 0.0F;
+  const WideFloat pdf = select(some, pdf_of_all(share, once.pdf, wi.z), once.pdf);
+  std::array<WideFloat, 3> value;
+  for (std::size_t c = 0; c < value.size(); ++c) {
+    const WideFloat first = parts.of(number(8 + c), number(11 + c), number(14 + c)) * once.factor;
+    value[c] = select(some, first + number(17 + c) * later, first);
+  }
+  for (std::size_t lane = 0; lane < count_; ++lane)
+    *found_[lane] = {.value = {value[0][lane], value[1][lane], value[2][lane]}, .pdf = pdf[lane]};
+  count_ = 0;
 }
 
 Vec3 draw(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
@@ -112,16 +184,6 @@ Vec3 draw(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
   const bool through = lobe.kind == LobeKind::microfacet_through;
   if ((wo.z < 0) != through) wi.z = -wi.z;
   return wi;
-}
-
-LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u) {
-  const Vec3 wi = draw(lobe, wo, u_part, u);
-  const Scattering at = scattering(lobe, wo, wi);
-  if (!(at.pdf > 0)) return {};
-  return {.wi = wi,
-          .weight = at.value / at.pdf,
-          .pdf = at.pdf,
-          .transmission = lobe.kind == LobeKind::microfacet_through};
 }
 
 }  // namespace tessera::render::microfacet

@@ -1,4 +1,7 @@
 #pragma once
+#include <array>
+#include <cstddef>
+
 #include "worker/render/bsdf/brushed_energy.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/bsdf/fresnel.hpp"
@@ -36,8 +39,22 @@ Color albedo(const Surface& surface, const View& view);
 
 /// As of a closure that has this lobe alone, in the lobe's frame.
 Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi);
-/// Where sample() goes with these numbers; {0, 0, 0}: nowhere.
+/// A direction of that density; {0, 0, 0}: none.
 Vec3 draw(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u);
-LobeSample sample(const Lobe& lobe, const Vec3& wo, float u_part, Vec2 u);
+
+/// Takes calls of scattering() until there are enough of them to go side by side.
+class Batch {
+ public:
+  /// `out` is written now or by answer(), with the bits that scattering() gives.
+  void add(const Lobe& lobe, const Vec3& wo, const Vec3& wi, Scattering& out);
+  void answer();
+
+ private:
+  static constexpr std::size_t numbers = 20;  ///< that a call is made of
+  std::size_t count_ = 0;
+  // Lanes that nobody asks for hold numbers too.
+  std::array<std::array<float, WideFloat::lanes>, numbers> asked_{};
+  std::array<Scattering*, WideFloat::lanes> found_{};
+};
 
 }  // namespace tessera::render::microfacet

@@ -10,7 +10,8 @@ struct CosineRules {
     return sample(closure, wo, numbers[dim::lobe], numbers.pair(dim::bsdf));
   }
   static void add_direct(Trace& /*trace*/, const Sampler& /*sampler*/, const PathState& /*path*/,
-                         const Interaction& /*at*/, SampleRecord& /*record*/) {}
+                         const Interaction& /*at*/, const Closure& /*closure*/,
+                         SampleRecord& /*record*/) {}
   static bool counts(const Trace& /*trace*/, const PathState& /*path*/, std::uint32_t /*light*/) {
     return true;
   }

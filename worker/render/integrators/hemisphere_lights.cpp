@@ -19,7 +19,7 @@ LightSample sample_lights_by_area(const LightTable& lights, const LightContext& 
 
 struct HemisphereLightsRules : HemisphereRules {
   static void add_direct(Trace& trace, const Sampler& sampler, const PathState& path,
-                         const Interaction& at, SampleRecord& record) {
+                         const Interaction& at, const Closure& closure, SampleRecord& record) {
     const LightTable& lights = trace.scene.lights;
     const std::uint32_t set = dim::light_set(static_cast<std::uint32_t>(path.depth));
     const auto count = static_cast<std::uint32_t>(trace.light_samples);
@@ -27,12 +27,13 @@ struct HemisphereLightsRules : HemisphereRules {
       const Draw4 draw = sampler.draw4(set, j, count);
       const LightSample light = sample_lights_by_area(lights, path.last_context, draw);
       if (!light || is_black(light.radiance)) continue;
-      const Color scattered = eval(trace.closure, at.shading.wo, light.wi);
+      const Color scattered = eval(closure, at.shading.wo, light.wi);
       if (is_black(scattered)) continue;
-      const Color arriving = light_from(trace, at, light, path);
+      const Color arriving = light_from(trace, at, closure, light, path);
       if (is_black(arriving)) continue;
       const float weight = 1 / (light.pdf * static_cast<float>(count));
-      add_lit(trace, path, at, light, path.throughput * scattered * arriving * weight, record);
+      add_lit(trace, path, at, closure, light, path.throughput * scattered * arriving * weight,
+              record);
     }
   }
   /// A light that is never chosen where the path last scattered is left to scattered rays.

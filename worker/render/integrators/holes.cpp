@@ -39,20 +39,20 @@ void make_white(const ShadingPoint& point, Closure& out) {
 /// What a light's sample sends to `at` where nothing stands between, and the ray that leads there.
 /// False if that is nothing. As in light_from(), which shares nothing with it so that path() stays
 /// as fast as it is.
-bool aim(const Trace& trace, const Interaction& at, const LightSample& light, const PathState& path,
-         Ray& ray, Color& sent) {
+bool aim(const Trace& trace, const Interaction& at, const Closure& closure,
+         const LightSample& light, const PathState& path, Ray& ray, Color& sent) {
   const Scene& scene = trace.scene;
   const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
   if (!(length > 0)) return false;
   ray = at.leave(light.wi, length, path.ray);
-  if (!leaves(trace, at, ray)) return false;
+  if (!leaves(trace, at, closure, ray)) return false;
   sent = scene.lights[light.light].varies ? radiance_at(scene, light, ray) : light.radiance;
   return true;
 }
 
 /// The light samples of path(), each with and without what is no catcher.
 void add_sampled(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
-                 Caught& caught) {
+                 const Closure& closure, Caught& caught) {
   const Scene& scene = trace.scene;
   const auto count = static_cast<std::uint32_t>(trace.light_samples);
   for (std::uint32_t j = 0; j < count; ++j) {
@@ -60,11 +60,11 @@ void add_sampled(Trace& trace, const Sampler& sampler, const PathState& path, co
     const LightSample light =
         scene.lights.sample(path.last_context, draw.bits(dim::light_pick), draw.pair(dim::light));
     if (!light || is_black(light.radiance)) continue;
-    const Scattering scattered = scattering(trace.closure, at.shading.wo, light.wi);
+    const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
     if (is_black(scattered.value)) continue;
     Ray ray;
     Color sent;
-    if (!aim(trace, at, light, path, ray, sent)) continue;
+    if (!aim(trace, at, closure, light, path, ray, sent)) continue;
     const float by_light = light.pdf * static_cast<float>(count);
     const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
     const Color brought = path.throughput * scattered.value * sent *
@@ -109,15 +109,14 @@ struct CaughtRules {
 /// Direct light on a white surface by light samples and one of its own, weighed against each other:
 /// light samples alone do not find all (LightTable), and this is what path() would have found.
 void catch_light(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
-                 Caught& caught) {
-  make_white(at.shading, trace.closure);
+                 Closure& closure, Caught& caught) {
+  make_white(at.shading, closure);
   PathState here = path;
-  here.last_context = light_context(at, trace.closure, path);
-  if (!trace.scene.lights.empty()) add_sampled(trace, sampler, here, at, caught);
+  here.last_context = light_context(at, closure, path);
+  if (!trace.scene.lights.empty()) add_sampled(trace, sampler, here, at, closure, caught);
   const Draw4 draw = sampler.draw4(dim::bsdf_set(0));
-  const BsdfSample drawn =
-      sample(trace.closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
-  if (!drawn || !set_out(trace, here, at, drawn)) return;
+  const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
+  if (!drawn || !set_out(trace, here, at, closure, drawn)) return;
   here.throughput *= drawn.weight;
   here.last_pdf = drawn.pdf;
   here.last_specular = false;
@@ -127,11 +126,11 @@ void catch_light(Trace& trace, const Sampler& sampler, const PathState& path, co
 }  // namespace
 
 bool look_into_hole(Trace& trace, const Sampler& sampler, const PathState& path,
-                    const Interaction& at, SampleRecord& record) {
+                    const Interaction& at, Closure& closure, SampleRecord& record) {
   const scene::Visibility seen = trace.scene.visibility_of(at.placement, at.geometry);
   if (seen.shadow_catcher && record.extras != nullptr) {
     record.extras->caught.coverage = 1;
-    catch_light(trace, sampler, path, at, record.extras->caught);
+    catch_light(trace, sampler, path, at, closure, record.extras->caught);
   }
   return seen.holdout || seen.shadow_catcher;
 }

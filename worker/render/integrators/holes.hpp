@@ -7,14 +7,14 @@ namespace tessera::render {
 /// Asks what a hole is. Of a shadow catcher it notes the light that falls on it, if the record has
 /// extras.
 bool look_into_hole(Trace& trace, const Sampler& sampler, const PathState& path,
-                    const Interaction& at, SampleRecord& record);
+                    const Interaction& at, Closure& closure, SampleRecord& record);
 
 /// True if the camera sees a hole where the path is: the path ends, and what is told of it is told.
-/// Leaves the trace's closure as it likes if so.
+/// Leaves the closure as it likes if so.
 inline bool is_hole(Trace& trace, const Sampler& sampler, const PathState& path,
-                    const Interaction& at, SampleRecord& record) {
+                    const Interaction& at, Closure& closure, SampleRecord& record) {
   return trace.scene.has_holes && path.depth == 0 &&
-         look_into_hole(trace, sampler, path, at, record);
+         look_into_hole(trace, sampler, path, at, closure, record);
 }
 
 }  // namespace tessera::render

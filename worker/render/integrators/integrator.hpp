@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,10 @@
 
 namespace tessera::render {
 
+/// So many samples of a pixel go side by side at the most: while one waits for memory, others are
+/// at work, and their arithmetic shares the lanes of registers.
+inline constexpr std::size_t samples_at_once = 16;
+
 /// What every sample of a task shares, and what the thread that takes it uses again from sample to
 /// sample.
 struct Trace {
@@ -26,7 +31,8 @@ struct Trace {
   bool by_lobe = false;          ///< PathState::first is wanted
   bool coordinates = false;      ///< the first hit's texture coordinates are wanted
   bool identities = false;       ///< so is what it belongs to
-  Closure closure;               ///< of the present hit; it is too large to be made anew for each
+  /// Of the hits that are looked at; they are too large to be made anew for each.
+  std::array<Closure, samples_at_once> closures;
 };
 
 /// One sample of a pixel.
@@ -35,10 +41,6 @@ struct CameraSample {
   Ray ray;              ///< as it leaves the camera
   SampleRecord record;  ///< what it saw; fresh at first
 };
-/// So many samples of a pixel go side by side at the most: while one waits for memory, others are
-/// at work.
-inline constexpr std::size_t samples_at_once = 16;
-
 /// Takes up to samples_at_once samples of one pixel: follows each one's ray and writes what it saw
 /// into its record. None depends on the others.
 using Integrator = void (*)(Trace& trace, std::span<CameraSample> samples);

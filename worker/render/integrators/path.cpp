@@ -4,6 +4,7 @@
 #include <cassert>
 #include <optional>
 
+#include "worker/render/bsdf/bsdf_batch.hpp"
 #include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/found_weight.hpp"
 #include "worker/render/integrators/holes.hpp"
@@ -13,71 +14,175 @@
 namespace tessera::render {
 namespace {
 
-void add_direct(Trace& trace, const Sampler& sampler, const PathState& path, const Interaction& at,
-                SampleRecord& record) {
-  const Closure& closure = trace.closure;
-  const LightContext& context = path.last_context;
-  const auto count = static_cast<std::uint32_t>(trace.light_samples);
-  const float counted = static_cast<float>(count);
-  const Scene& scene = trace.scene;
-  for (std::uint32_t j = 0; j < count; ++j) {
-    const Draw4 draw =
-        sampler.draw4(dim::light_set(static_cast<std::uint32_t>(path.depth)), j, count);
-    const LightSample light =
-        scene.lights.sample(context, draw.bits(dim::light_pick), draw.pair(dim::light));
-    if (!light || is_black(light.radiance)) continue;
-    const Scattering scattered = scattering(closure, at.shading.wo, light.wi);
-    if (is_black(scattered.value)) continue;
-    const Color arriving = light_from(trace, at, light, path);
-    if (is_black(arriving)) continue;
-    const float by_light = light.pdf * counted;
-    const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
-    add_lit(trace, path, at, light,
-            path.throughput * scattered.value * arriving * (weight / by_light), record);
-  }
-}
-
-/// A path that is under way.
-struct Lane {
-  CameraSample& sample;
-  PathState path;
-  accel::Hit hit;
-
-  explicit Lane(CameraSample& taken) : sample(taken) { path.ray = taken.ray; }
+/// Made where it stands: it is too large to be moved.
+struct Met {
+  Interaction at;
+  Met(const Scene& scene, const Ray& ray, const accel::Hit& hit)
+      : at(surface_at(scene, ray, hit)) {}
 };
 
-/// Follows a path over what it met. False if it ends there.
-bool step(Trace& trace, Lane& lane) {
+/// A path that is under way, and the surface that it is at.
+struct Lane {
+  CameraSample& sample;
+  Closure& closure;
+  PathState path;
+  accel::Hit hit;
+  std::optional<Met> met;
+
+  Lane(CameraSample& taken, Closure& of) : sample(taken), closure(of) { path.ray = taken.ray; }
+};
+using Lanes = std::span<Lane* const>;
+
+/// What becomes of a path at what it met.
+enum class Fate : std::uint8_t {
+  ends,
+  goes_on,   ///< along the same ray
+  scatters,  ///< the lane's closure says how
+};
+
+/// Looks at what the lane's ray met.
+Fate arrive(Trace& trace, Lane& lane) {
   const Scene& scene = trace.scene;
   const Sampler& sampler = lane.sample.sampler;
   SampleRecord& record = lane.sample.record;
-  Closure& closure = trace.closure;
   PathState& path = lane.path;
   const FoundWeight weight{trace, path};
   if (!lane.hit.any()) {
     see_far(trace, path, weight, record);
-    return false;
+    return Fate::ends;
   }
-  Interaction at = surface_at(scene, path.ray, lane.hit);
+  Interaction& at = lane.met.emplace(scene, path.ray, lane.hit).at;
   const CompiledMaterial& material = scene.materials[at.material];
   if (path.media.size() > 0) absorb(trace, path, at.t);
-  if (material.may_pass && passes(trace, sampler, path, at)) return path.passes != passes_most;
+  if (material.may_pass && passes(trace, sampler, path, at))
+    return path.passes == passes_most ? Fate::ends : Fate::goes_on;
+  Closure& closure = lane.closure;
   evaluate(material, scene.textures, at.shading, closure);
   if (path.undescribed) {
-    if (is_hole(trace, sampler, path, at, record)) return false;
-    describe(trace, lane.hit, at, path, record);
+    if (is_hole(trace, sampler, path, at, closure, record)) return Fate::ends;
+    describe(trace, lane.hit, at, closure, path, record);
   }
-  see_emission(trace, path, at, weight, record);
-  if (path.depth > trace.bounces || closure.count == 0) return false;
-
+  see_emission(trace, path, at, closure, weight, record);
+  if (path.depth > trace.bounces || closure.count == 0) return Fate::ends;
   path.last_context = light_context(at, closure, path);
-  if (closure.has_smooth && !scene.lights.empty()) add_direct(trace, sampler, path, at, record);
-  const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
-  const BsdfSample drawn = sample(closure, at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf));
-  if (!drawn || !advance(trace, path, at, drawn, draw[dim::roulette])) return false;
+  return Fate::scatters;
+}
+
+/// What the lanes of a wave ask together, and the answers: made once for all waves.
+struct Questions {
+  template <class T>
+  using OfEach = std::array<T, samples_at_once>;
+
+  OfEach<LightRequest> light_requests;
+  OfEach<LightSample> lights;
+  OfEach<ScatteringRequest> scatterings;
+  OfEach<std::size_t> places{};  ///< the lanes that scattering is asked for
+  OfEach<Scattering> scattered;
+  OfEach<BsdfRequest> bsdf_requests;
+  OfEach<float> roulette{};
+  OfEach<BsdfSample> drawn;
+  BsdfBatch batch;
+};
+
+/// Adds what a light's sample, one of `count`, brings to where the path is.
+void add_sampled(Trace& trace, Lane& lane, const LightSample& light, const Scattering& scattered,
+                 float count) {
+  if (is_black(scattered.value)) return;
+  const Interaction& at = lane.met->at;
+  const PathState& path = lane.path;
+  const Color arriving = light_from(trace, at, lane.closure, light, path);
+  if (is_black(arriving)) return;
+  const float by_light = light.pdf * count;
+  const float weight = light.delta ? 1 : power_heuristic(by_light, scattered.pdf);
+  add_lit(trace, path, at, lane.closure, light,
+          path.throughput * scattered.value * arriving * (weight / by_light), lane.sample.record);
+}
+
+/// Adds the lights' samples, one of `count` for each lane.
+void add_sampled(Trace& trace, Lanes lanes, Questions& questions, float count) {
+  std::size_t some = 0;
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    const LightSample& light = questions.lights[i];
+    if (!light || is_black(light.radiance)) continue;
+    questions.scatterings[some] = {&lanes[i]->closure, lanes[i]->met->at.shading.wo, light.wi};
+    questions.places[some++] = i;
+  }
+  questions.batch.scattering({questions.scatterings.data(), some}, questions.scattered);
+  for (std::size_t k = 0; k < some; ++k) {
+    const std::size_t i = questions.places[k];
+    add_sampled(trace, *lanes[i], questions.lights[i], questions.scattered[k], count);
+  }
+}
+
+/// Light samples for all lanes.
+void add_direct(Trace& trace, Lanes lanes, Questions& questions) {
+  const LightTable& lights = trace.scene.lights;
+  if (lights.empty()) return;
+  auto& asked = questions.light_requests;
+  const auto count = static_cast<std::uint32_t>(trace.light_samples);
+  for (std::uint32_t j = 0; j < count; ++j) {
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      const PathState& path = lanes[i]->path;
+      const std::uint32_t set = dim::light_set(static_cast<std::uint32_t>(path.depth));
+      const Draw4 draw = lanes[i]->sample.sampler.draw4(set, j, count);
+      asked[i] = {&path.last_context, draw.bits(dim::light_pick), draw.pair(dim::light)};
+    }
+    lights.sample({asked.data(), lanes.size()}, questions.lights);
+    add_sampled(trace, lanes, questions, static_cast<float>(count));
+  }
+}
+
+/// Lanes of some kind, in the order in which they came.
+struct Chosen {
+  std::array<Lane*, samples_at_once> lanes{};
+  std::size_t count = 0;
+
+  void add(Lane& lane) { lanes[count++] = &lane; }
+  [[nodiscard]] Lanes all() const { return {lanes.data(), count}; }
+};
+
+/// Takes the next step of a path that scatters. False if it ends there.
+bool go_on(Trace& trace, Lane& lane, const BsdfSample& drawn, float roulette) {
+  PathState& path = lane.path;
+  if (!drawn || !advance(trace, path, lane.met->at, lane.closure, drawn, roulette)) return false;
   ++trace.rays;
-  if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
+  if (is_lit_apart(trace, path))
+    add_found_light(trace, path, FoundWeight{trace, path}, lane.sample.record);
   return true;
+}
+
+/// The same of all lanes: adds to `left` those that go on.
+void go_on(Trace& trace, Lanes lanes, Questions& questions, Chosen& left) {
+  auto& asked = questions.bsdf_requests;
+  auto& roulette = questions.roulette;
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    const Lane& lane = *lanes[i];
+    const std::uint32_t set = dim::bsdf_set(static_cast<std::uint32_t>(lane.path.depth));
+    const Draw4 draw = lane.sample.sampler.draw4(set);
+    asked[i] = {&lane.closure, lane.met->at.shading.wo, draw[dim::lobe], draw.pair(dim::bsdf)};
+    roulette[i] = draw[dim::roulette];
+  }
+  questions.batch.sample({asked.data(), lanes.size()}, questions.drawn);
+  for (std::size_t i = 0; i < lanes.size(); ++i)
+    if (go_on(trace, *lanes[i], questions.drawn[i], roulette[i])) left.add(*lanes[i]);
+}
+
+/// What each lane's ray meets. A large scene's faces are not in the caches: they are asked for at
+/// once, and their corners when the next ray is done and the indices are there.
+void meet(const Scene& scene, Lanes lanes) {
+  const accel::Hit* last = nullptr;
+  const auto ask_for_last = [&] {
+    if (last != nullptr && last->any()) prefetch_corners(scene.geometry_of(*last), last->primitive);
+  };
+  for (Lane* const lane : lanes) {
+    lane->hit = scene.intersect(lane->path.ray, mask_of(lane->path));
+    if (lane->hit.any()) prefetch_face(scene.geometry_of(lane->hit), lane->hit.primitive);
+    ask_for_last();
+    last = &lane->hit;
+  }
+  ask_for_last();
+  for (const Lane* const lane : lanes)
+    if (lane->hit.any()) await_surface(scene.geometry_of(lane->hit), lane->hit.primitive);
 }
 
 }  // namespace
@@ -86,32 +191,26 @@ bool step(Trace& trace, Lane& lane) {
 // keep their values in registers.
 [[gnu::flatten]] void path(Trace& trace, std::span<CameraSample> samples) {
   assert(samples.size() <= samples_at_once);
-  const Scene& scene = trace.scene;
   std::array<std::optional<Lane>, samples_at_once> lanes;
-  std::array<Lane*, samples_at_once> going{};
-  std::size_t count = 0;
-  for (CameraSample& sample : samples) {
-    going[count] = &lanes[count].emplace(sample);
-    ++count;
-  }
-  trace.rays += static_cast<std::int64_t>(count);
-  // All of them meet something before any of them looks at what it met. A large scene's faces are
-  // not in the caches: they are asked for at once, and their corners when the indices are there.
-  while (count > 0) {
-    for (std::size_t i = 0; i < count; ++i) {
-      Lane& lane = *going[i];
-      lane.hit = scene.intersect(lane.path.ray, mask_of(lane.path));
-      if (lane.hit.any()) prefetch_face(scene.geometry_of(lane.hit), lane.hit.primitive);
+  Questions questions;
+  Chosen going;
+  for (CameraSample& sample : samples)
+    going.add(lanes[going.count].emplace(sample, trace.closures[going.count]));
+  trace.rays += static_cast<std::int64_t>(going.count);
+  // All of them do one thing before any of them does the next.
+  while (going.count > 0) {
+    meet(trace.scene, going.all());
+    Chosen left, scattered, lit;
+    for (Lane* const lane : going.all()) {
+      const Fate fate = arrive(trace, *lane);
+      if (fate == Fate::goes_on) left.add(*lane);
+      if (fate != Fate::scatters) continue;
+      scattered.add(*lane);
+      if (lane->closure.has_smooth) lit.add(*lane);
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      const accel::Hit& hit = going[i]->hit;
-      if (hit.any()) prefetch_corners(scene.geometry_of(hit), hit.primitive);
-    }
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (step(trace, *going[i])) going[left++] = going[i];
-    }
-    count = left;
+    add_direct(trace, lit.all(), questions);
+    go_on(trace, scattered.all(), questions, left);
+    going = left;
   }
 }
 

@@ -69,11 +69,11 @@ inline void add_emission(const Trace& trace, const PathState& path, const Intera
              trace.scene.materials[at.material].light_group);
 }
 
-/// Adds what the surface emits that the path met and whose closure the trace holds.
+/// Adds what the surface emits that the path met and whose closure is given.
 template <class Weight>
-void see_emission(const Trace& trace, const PathState& path, const Interaction& at, Weight weight,
-                  SampleRecord& record) {
-  const Color& emission = trace.closure.emission;
+void see_emission(const Trace& trace, const PathState& path, const Interaction& at,
+                  const Closure& closure, Weight weight, SampleRecord& record) {
+  const Color& emission = closure.emission;
   if (is_black(emission)) return;
   if (is_lit_apart(trace, path) && trace.scene.materials[at.material].emits()) return;
   add_emission(trace, path, at, emission, weight(at.light, light_hit(path, at)), record);
@@ -99,8 +99,7 @@ inline void describe_place(const Trace& trace, const accel::Hit& hit, const Inte
 /// What is told of the hit of a path that is undescribed: alpha and, if they are wanted, the other
 /// channels. Open Image Denoise's documentation says what albedo and normals it likes.
 inline void describe(const Trace& trace, const accel::Hit& hit, const Interaction& at,
-                     PathState& path, SampleRecord& record) {
-  const Closure& closure = trace.closure;
+                     const Closure& closure, PathState& path, SampleRecord& record) {
   if (path.depth == 0) describe_place(trace, hit, at, path.ray, record);
   path.undescribed = trace.follow_specular && closure.count > 0 && !closure.has_smooth;
   if (!trace.aovs || path.undescribed) return;
@@ -141,20 +140,20 @@ Color absorbed_along(const Scene& scene, const MediumStack& media, float length)
 
 /// Gives a ray from `at` its start. False where none leaves like this: below a face that has
 /// nothing round over it.
-inline bool leaves(const Trace& trace, const Interaction& at, Ray& ray) {
-  if (!trace.closure.rounded) return true;
+inline bool leaves(const Trace& trace, const Interaction& at, const Closure& closure, Ray& ray) {
+  if (!closure.rounded) return true;
   const Vec3& n = at.shading.normal;
   return dot(ray.direction, n) * dot(at.shading.wo, n) >= 0 || leave_rounded(trace.scene, at, ray);
 }
 
 /// The radiance of a light's sample that reaches `at`. Counts its shadow ray.
-inline Color light_from(Trace& trace, const Interaction& at, const LightSample& light,
-                        const PathState& path) {
+inline Color light_from(Trace& trace, const Interaction& at, const Closure& closure,
+                        const LightSample& light, const PathState& path) {
   const Scene& scene = trace.scene;
   const float length = light.distance * (1 - shadow_margin) - scene.light_errors[light.light];
   if (!(length > 0)) return {};
   Ray ray = at.leave(light.wi, length, path.ray);
-  if (!leaves(trace, at, ray)) return {};
+  if (!leaves(trace, at, closure, ray)) return {};
   const bool varies = scene.lights[light.light].varies;
   const Color sent = varies ? radiance_at(scene, light, ray) : light.radiance;
   if (varies && is_black(sent)) return {};
@@ -172,18 +171,19 @@ inline Color light_from(Trace& trace, const Interaction& at, const LightSample& 
 
 /// Adds what a light's sample brought to where the path is and goes on along the path.
 inline void add_lit(const Trace& trace, const PathState& path, const Interaction& at,
-                    const LightSample& light, const Color& brought, SampleRecord& record) {
+                    const Closure& closure, const LightSample& light, const Color& brought,
+                    SampleRecord& record) {
   const std::uint16_t group = trace.scene.lights[light.light].group;
   if (trace.by_lobe && path.depth == 0)
-    record.add(brought, lobe_shares(trace.closure, at.shading.wo, light.wi), 1, group);
+    record.add(brought, lobe_shares(closure, at.shading.wo, light.wi), 1, group);
   else
     record.add(brought, path.first, path.depth + 1, group);
 }
 
 /// Scatters the path as was drawn: all of the step but the ray.
-inline void scatter(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn) {
-  if (trace.by_lobe && path.depth == 0)
-    path.first = lobe_shares(trace.closure, at.shading.wo, drawn);
+inline void scatter(const Trace& trace, PathState& path, const Interaction& at,
+                    const Closure& closure, const BsdfSample& drawn) {
+  if (trace.by_lobe && path.depth == 0) path.first = lobe_shares(closure, at.shading.wo, drawn);
   path.throughput *= drawn.weight;
   path.eta_squared *= drawn.eta * drawn.eta;
   if (drawn.transmission && trace.scene.materials[at.material].interface) {
@@ -207,16 +207,16 @@ inline bool survives(PathState& path, float roulette) {
 
 /// Sets out on the step that was drawn. False if nothing leaves that way.
 inline bool set_out(const Trace& trace, PathState& path, const Interaction& at,
-                    const BsdfSample& drawn) {
+                    const Closure& closure, const BsdfSample& drawn) {
   path.ray = at.leave(drawn.wi, std::numeric_limits<float>::infinity(), path.ray);
-  return leaves(trace, at, path.ray);
+  return leaves(trace, at, closure, path.ray);
 }
 
 /// Takes the step that was drawn. False if the path ends here.
-inline bool advance(Trace& trace, PathState& path, const Interaction& at, const BsdfSample& drawn,
-                    float roulette) {
-  scatter(trace, path, at, drawn);
-  return survives(path, roulette) && set_out(trace, path, at, drawn);
+inline bool advance(const Trace& trace, PathState& path, const Interaction& at,
+                    const Closure& closure, const BsdfSample& drawn, float roulette) {
+  scatter(trace, path, at, closure, drawn);
+  return survives(path, roulette) && set_out(trace, path, at, closure, drawn);
 }
 
 }  // namespace tessera::render

@@ -9,8 +9,8 @@ namespace tessera::render {
 /// The loop of the integrators that weigh no two strategies against each other. What differs
 /// between them is in Rules, all static:
 /// - BsdfSample draw(closure, wo, numbers): where a path goes on; `numbers` is the BSDF's set.
-/// - void add_direct(trace, sampler, path, at, record): light samples at a hit that has a lobe
-/// other
+/// - void add_direct(trace, sampler, path, at, closure, record): light samples at a hit that has a
+/// lobe other
 ///   than deltas, or nothing. path.last_context is the hit's.
 /// - bool counts(trace, path, light): whether emission that the path ran into is counted; `light`
 /// is
@@ -22,7 +22,7 @@ void walk(Trace& trace, CameraSample& taken) {
   const Scene& scene = trace.scene;
   const Sampler& sampler = taken.sampler;
   SampleRecord& record = taken.record;
-  Closure& closure = trace.closure;
+  Closure& closure = trace.closures[0];
   PathState path;
   path.ray = taken.ray;
   const auto weight = [&](std::uint32_t light, const LightHit& /*hit*/) {
@@ -41,20 +41,20 @@ void walk(Trace& trace, CameraSample& taken) {
     }
     evaluate(material, scene.textures, at.shading, closure);
     if (path.undescribed) {
-      if (is_hole(trace, sampler, path, at, record)) return;
-      describe(trace, hit, at, path, record);
+      if (is_hole(trace, sampler, path, at, closure, record)) return;
+      describe(trace, hit, at, closure, path, record);
     }
-    see_emission(trace, path, at, weight, record);
+    see_emission(trace, path, at, closure, weight, record);
     if (path.depth > trace.bounces || closure.count == 0) return;
 
     path.last_context = light_context(at, closure, path);
-    if (closure.has_smooth) Rules::add_direct(trace, sampler, path, at, record);
+    if (closure.has_smooth) Rules::add_direct(trace, sampler, path, at, closure, record);
     const Draw4 draw = sampler.draw4(dim::bsdf_set(static_cast<std::uint32_t>(path.depth)));
     const BsdfSample drawn = Rules::draw(closure, at.shading.wo, draw);
     if (!drawn) return;
-    scatter(trace, path, at, drawn);
+    scatter(trace, path, at, closure, drawn);
     if (Rules::roulette && !survives(path, draw[dim::roulette])) return;
-    if (!set_out(trace, path, at, drawn)) return;
+    if (!set_out(trace, path, at, closure, drawn)) return;
     ++trace.rays;
     if (is_lit_apart(trace, path)) add_found_light(trace, path, weight, record);
   }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "worker/render/lights/plane.hpp"
@@ -91,6 +92,70 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
   ShapeSample sample = towards(quad.corner + quad.u * s + quad.v * t, 0);
   sample.pdf = quad.plane.pdf_by_area(1, sample.distance, sample.wi);
   return sample;
+}
+
+namespace {
+
+/// The lights of several requests, each seen from its own point.
+struct SeenRectangles {
+  using Vector = Vector3<WideDouble>;
+  Vector corner, u, v, surface;
+  WideDouble inverse_length_u, inverse_length_v, s, t;
+
+  explicit SeenRectangles(std::span<const RectangleRequest> asked) {
+    for (std::size_t lane = 0; lane < WideDouble::lanes; ++lane) {
+      const RectangleRequest& request = asked[std::min(lane, asked.size() - 1)];
+      const QuadLight& quad = *request.light;
+      set(corner, lane, to_double(quad.corner) - to_double(request.context->p));
+      set(u, lane, to_double(quad.edge_u));
+      set(v, lane, to_double(quad.edge_v));
+      set(surface, lane, to_double(request.context->n));
+      inverse_length_u.set(lane, quad.inverse_length_u);
+      inverse_length_v.set(lane, quad.inverse_length_v);
+      s.set(lane, request.u.x);
+      t.set(lane, request.u.y);
+    }
+  }
+  /// As Plane::below.
+  [[nodiscard]] WideDouble below() const { return dot(corner, cross(u, v)); }
+  /// As in SeenQuad::visible().
+  [[nodiscard]] WideDouble highest() const {
+    const WideDouble none = 0;
+    return dot(corner, surface) + greater(dot(u, surface), none) + greater(dot(v, surface), none);
+  }
+  [[nodiscard]] BasicSphericalRectangle<WideDouble> rectangle() const {
+    return {corner, u, v, inverse_length_u, inverse_length_v};
+  }
+
+ private:
+  static void set(Vector& to, std::size_t lane, const Vec3d& from) {
+    to.x.set(lane, from.x);
+    to.y.set(lane, from.y);
+    to.z.set(lane, from.z);
+  }
+};
+
+}  // namespace
+
+void sample_rectangles(std::span<const RectangleRequest> asked, std::span<ShapeSample> drawn) {
+  assert(asked.size() <= WideDouble::lanes);
+  if (asked.empty()) return;
+  const SeenRectangles seen(asked);
+  const WideDouble below = seen.below(), highest = seen.highest();
+  const BasicSphericalRectangle<WideDouble> rectangle = seen.rectangle();
+  const auto [wi, distance] = rectangle.sample(seen.s, seen.t);
+  const WideDouble angle = rectangle.solid_angle(), pdf = 1.0 / angle;
+  for (std::size_t lane = 0; lane < asked.size(); ++lane) {
+    const auto& [light, two_sided, context, uv] = asked[lane];
+    drawn[lane] = {};
+    if (!(two_sided ? below[lane] != 0 : below[lane] < 0)) continue;
+    if (!(highest[lane] > 0) && !(context->n == Vec3{})) continue;
+    if (!(angle[lane] >= least_rectangle_angle))
+      drawn[lane] = sample_shape(*light, two_sided, *context, uv);
+    else
+      drawn[lane] = {
+          .wi = {wi.x[lane], wi.y[lane], wi.z[lane]}, .distance = distance[lane], .pdf = pdf[lane]};
+  }
 }
 
 double pdf_shape(const QuadLight& light, bool two_sided, const LightContext& context,

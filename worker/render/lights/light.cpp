@@ -1,5 +1,6 @@
 #include "worker/render/lights/light.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "worker/render/lights/environment_map.hpp"
@@ -149,10 +150,9 @@ EmissionCone cone_of(const SunLight& sun, bool) {
 
 }  // namespace
 
-LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
-  const ShapeSample drawn = std::visit(
-      [&](const auto& shape) { return sample_shape(shape, light.two_sided, context, u); },
-      light.shape);
+namespace {
+
+LightSample light_sample(const Light& light, const ShapeSample& drawn) {
   const auto pdf = static_cast<float>(drawn.pdf);
   // Beyond float's range the light is a point, and this way to draw it has come to its end.
   if (!(pdf > 0) || !std::isfinite(pdf)) return {};
@@ -167,6 +167,61 @@ LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
           .delta = delta,
           .instance = light.instance,
           .primitive = light.primitive};
+}
+
+/// Rectangles that wait until there are enough of them to go side by side.
+class WaitingRectangles {
+ public:
+  explicit WaitingRectangles(std::span<LightSample> found) : found_(found) {}
+
+  void add(std::size_t index, const Light& light, const QuadLight& quad,
+           const LightContext& context, Vec2 u) {
+    indices_[count_] = index;
+    lights_[count_] = &light;
+    asked_[count_++] = {&quad, light.two_sided, &context, u};
+    if (count_ == asked_.size()) answer();
+  }
+  void answer() {
+    std::array<ShapeSample, WideDouble::lanes> drawn;
+    sample_rectangles({asked_.data(), count_}, drawn);
+    for (std::size_t i = 0; i < count_; ++i)
+      found_[indices_[i]] = light_sample(*lights_[i], drawn[i]);
+    count_ = 0;
+  }
+
+ private:
+  std::span<LightSample> found_;
+  std::size_t count_ = 0;
+  std::array<std::size_t, WideDouble::lanes> indices_{};
+  std::array<const Light*, WideDouble::lanes> lights_{};
+  std::array<RectangleRequest, WideDouble::lanes> asked_;
+};
+
+}  // namespace
+
+LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
+  return light_sample(light, std::visit(
+                                 [&](const auto& shape) {
+                                   return sample_shape(shape, light.two_sided, context, u);
+                                 },
+                                 light.shape));
+}
+
+void sample(std::span<const LightDraw> asked, std::span<LightSample> found) {
+  WaitingRectangles waiting(found);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const auto& [light, context, u] = asked[i];
+    if (light == nullptr) {
+      found[i] = {};
+      continue;
+    }
+    const auto* quad = std::get_if<QuadLight>(&light->shape);
+    if (quad != nullptr && quad->rectangle)
+      waiting.add(i, *light, *quad, *context, u);
+    else
+      found[i] = sample(*light, *context, u);
+  }
+  waiting.answer();
 }
 
 float pdf(const Light& light, const LightContext& context, const LightHit& hit) {

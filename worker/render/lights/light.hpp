@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <variant>
 
 #include "worker/render/vec.hpp"
@@ -135,6 +136,14 @@ struct EmissionCone {
 };
 
 LightSample sample(const Light& light, const LightContext& context, Vec2 u);
+/// Which light is to be sampled, from where, by which numbers.
+struct LightDraw {
+  const Light* light = nullptr;  ///< none: the answer's pdf is 0
+  const LightContext* context = nullptr;
+  Vec2 u;
+};
+/// The same for many at once, in less time for each, with the same bits: found[i] answers asked[i].
+void sample(std::span<const LightDraw> asked, std::span<LightSample> found);
 /// The density with which sample() gives hit.wi from context.p; 0 where it never does. The hit must
 /// be a point of the light.
 float pdf(const Light& light, const LightContext& context, const LightHit& hit);

@@ -1,6 +1,8 @@
 #include "worker/render/lights/light_table.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <utility>
 
 namespace tessera::render {
@@ -75,6 +77,23 @@ LightSample LightTable::sample(const LightContext& context, std::uint32_t pick_b
   drawn.pdf *= chosen.pmf;
   drawn.light = chosen.light;
   return drawn;
+}
+
+void LightTable::sample(std::span<const LightRequest> asked, std::span<LightSample> found) const {
+  assert(asked.size() <= requests_at_once && asked.size() <= found.size());
+  std::array<Pick, requests_at_once> picks;
+  std::array<LightDraw, requests_at_once> draws;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const LightRequest& request = asked[i];
+    picks[i] = pick(*request.context, request.pick_bits);
+    const Light* const light = picks[i].pmf > 0 ? &lights_[picks[i].light] : nullptr;
+    draws[i] = {light, request.context, request.u};
+  }
+  render::sample({draws.data(), asked.size()}, found);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    found[i].pdf *= picks[i].pmf;
+    found[i].light = picks[i].light;
+  }
 }
 
 float LightTable::pdf(const LightContext& context, std::uint32_t light, const LightHit& hit) const {

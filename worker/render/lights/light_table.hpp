@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "worker/render/lights/alias_table.hpp"
@@ -7,6 +8,13 @@
 #include "worker/render/lights/light_tree.hpp"
 
 namespace tessera::render {
+
+/// A light sample that is asked for.
+struct LightRequest {
+  const LightContext* context = nullptr;
+  std::uint32_t pick_bits = 0;  ///< uniform over 32 bits
+  Vec2 u;
+};
 
 /// All lights of a scene, at most one of them an environment, and the choice among them.
 ///
@@ -21,6 +29,8 @@ class LightTable {
     by_importance,
     by_power  ///< of all the same everywhere: what others are compared with
   };
+
+  static constexpr std::size_t requests_at_once = 16;
 
   LightTable() = default;
   explicit LightTable(std::vector<Light> lights, Choice choice = Choice::by_importance);
@@ -38,6 +48,9 @@ class LightTable {
   /// pick() and sample() in one; the sample's pdf holds the choice.
   [[nodiscard]] LightSample sample(const LightContext& context, std::uint32_t pick_bits,
                                    Vec2 u) const;
+  /// The same for many at once, in less time for each, with the same bits: found[i] answers
+  /// asked[i]. At most requests_at_once.
+  void sample(std::span<const LightRequest> asked, std::span<LightSample> found) const;
   /// The density of sample() for a hit on `light`, with the choice.
   [[nodiscard]] float pdf(const LightContext& context, std::uint32_t light,
                           const LightHit& hit) const;

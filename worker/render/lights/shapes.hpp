@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <type_traits>
 
 #include "worker/render/lights/light.hpp"
@@ -22,6 +23,17 @@ ShapeSample sample_shape(const QuadLight& quad, bool two_sided, const LightConte
                          Vec2 u);
 double pdf_shape(const QuadLight& quad, bool two_sided, const LightContext& context,
                  const LightHit& hit);
+
+/// A rectangle that is to be sampled.
+struct RectangleRequest {
+  const QuadLight* light = nullptr;
+  bool two_sided = false;
+  const LightContext* context = nullptr;
+  Vec2 u;
+};
+/// As sample_shape() for each, up to WideDouble::lanes of them side by side; drawn[i] answers
+/// asked[i].
+void sample_rectangles(std::span<const RectangleRequest> asked, std::span<ShapeSample> drawn);
 
 ShapeSample sample_shape(const DiskLight& disk, bool two_sided, const LightContext& context,
                          Vec2 u);
