@@ -60,9 +60,9 @@ TEST(SideBySide, LightSamplesHaveTheBitsOfEachAlone) {
   test::Random random(5);
   std::array<std::size_t, 32> seen{};
   for (int round = 0; round < 20'000; ++round) {
-    std::array<LightContext, LightTable::requests_at_once> contexts;
-    std::array<LightRequest, LightTable::requests_at_once> asked;
-    std::array<LightSample, LightTable::requests_at_once> found;
+    std::array<LightContext, samples_at_once> contexts;
+    std::array<LightRequest, samples_at_once> asked;
+    std::array<LightSample, samples_at_once> found;
     for (LightSample& stale : found) stale.pdf = 7;
     const std::size_t count = random.bits() % (asked.size() + 1);
     for (std::size_t i = 0; i < count; ++i) {
@@ -158,8 +158,8 @@ TEST(SideBySide, ScatteringHasTheBitsOfEachAlone) {
   BsdfBatch batch;
   std::size_t some = 0;
   for (int round = 0; round < 20'000; ++round) {
-    std::array<ScatteringRequest, BsdfBatch::at_once> asked;
-    std::array<Scattering, BsdfBatch::at_once> found;
+    std::array<ScatteringRequest, samples_at_once> asked;
+    std::array<Scattering, samples_at_once> found;
     for (Scattering& stale : found) stale.pdf = 7;
     const std::size_t count = random.bits() % (asked.size() + 1);
     for (std::size_t i = 0; i < count; ++i)
@@ -181,8 +181,8 @@ TEST(SideBySide, DirectionsHaveTheBitsOfEachAlone) {
   BsdfBatch batch;
   std::vector<std::size_t> drawn_from(closures.size(), 0);
   for (int round = 0; round < 20'000; ++round) {
-    std::array<BsdfRequest, BsdfBatch::at_once> asked;
-    std::array<BsdfSample, BsdfBatch::at_once> found;
+    std::array<BsdfRequest, samples_at_once> asked;
+    std::array<BsdfSample, samples_at_once> found;
     for (BsdfSample& stale : found) stale.pdf = 7;
     const std::size_t count = random.bits() % (asked.size() + 1);
     for (std::size_t i = 0; i < count; ++i)

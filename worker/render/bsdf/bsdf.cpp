@@ -216,13 +216,13 @@ void BsdfBatch::answer() {
 }
 
 void BsdfBatch::scattering(std::span<const ScatteringRequest> asked, std::span<Scattering> found) {
-  assert(asked.size() <= at_once && asked.size() <= found.size());
+  assert(asked.size() <= samples_at_once && asked.size() <= found.size());
   for (std::size_t i = 0; i < asked.size(); ++i) add(asked[i], found[i]);
   answer();
 }
 
 void BsdfBatch::sample(std::span<const BsdfRequest> asked, std::span<BsdfSample> found) {
-  assert(asked.size() <= at_once && asked.size() <= found.size());
+  assert(asked.size() <= samples_at_once && asked.size() <= found.size());
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const Drawn drawn = draw(asked[i]);
     found[i] = drawn.sample;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 
+#include "worker/render/at_once.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/bsdf/microfacet.hpp"
 
@@ -13,8 +14,7 @@ namespace tessera::render {
 /// each thread, used again from call to call, as to make one takes time too.
 class BsdfBatch {
  public:
-  static constexpr std::size_t at_once = 16;  ///< requests
-
+  /// At most samples_at_once requests each.
   void sample(std::span<const BsdfRequest> asked, std::span<BsdfSample> found);
   void scattering(std::span<const ScatteringRequest> asked, std::span<Scattering> found);
 
@@ -30,10 +30,10 @@ class BsdfBatch {
   void answer();
 
   std::size_t count_ = 0, used_ = 0, waiting_count_ = 0;
-  std::array<Sum, at_once> sums_;
-  std::array<Scattering, at_once * 4> parts_;  ///< whoever finds no room is answered alone
-  std::array<Scattering, at_once> weights_;
-  std::array<std::size_t, at_once> waiting_{};
+  std::array<Sum, samples_at_once> sums_;
+  std::array<Scattering, samples_at_once * 4> parts_;  ///< whoever finds no room is answered alone
+  std::array<Scattering, samples_at_once> weights_;
+  std::array<std::size_t, samples_at_once> waiting_{};
   microfacet::Batch microfacets_;
 };
 

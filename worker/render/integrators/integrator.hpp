@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "worker/render/at_once.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/camera.hpp"
 #include "worker/render/record.hpp"
@@ -13,10 +14,6 @@
 #include "worker/render/scene.hpp"
 
 namespace tessera::render {
-
-/// So many samples of a pixel go side by side at the most: while one waits for memory, others are
-/// at work, and their arithmetic shares the lanes of registers.
-inline constexpr std::size_t samples_at_once = 16;
 
 /// What every sample of a task shares, and what the thread that takes it uses again from sample to
 /// sample.
@@ -41,8 +38,8 @@ struct CameraSample {
   Ray ray;              ///< as it leaves the camera
   SampleRecord record;  ///< what it saw; fresh at first
 };
-/// Takes up to samples_at_once samples of one pixel: follows each one's ray and writes what it saw
-/// into its record. None depends on the others.
+/// Takes up to samples_at_once samples, of any pixels: follows each one's ray and writes what it
+/// saw into its record. None depends on the others.
 using Integrator = void (*)(Trace& trace, std::span<CameraSample> samples);
 
 /// From a name of the table in integrator.cpp; throws Error{bad_input} that lists the valid names.

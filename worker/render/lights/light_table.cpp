@@ -80,9 +80,9 @@ LightSample LightTable::sample(const LightContext& context, std::uint32_t pick_b
 }
 
 void LightTable::sample(std::span<const LightRequest> asked, std::span<LightSample> found) const {
-  assert(asked.size() <= requests_at_once && asked.size() <= found.size());
-  std::array<Pick, requests_at_once> picks;
-  std::array<LightDraw, requests_at_once> draws;
+  assert(asked.size() <= samples_at_once && asked.size() <= found.size());
+  std::array<Pick, samples_at_once> picks;
+  std::array<LightDraw, samples_at_once> draws;
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const LightRequest& request = asked[i];
     picks[i] = pick(*request.context, request.pick_bits);

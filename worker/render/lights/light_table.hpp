@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "worker/render/at_once.hpp"
 #include "worker/render/lights/alias_table.hpp"
 #include "worker/render/lights/light.hpp"
 #include "worker/render/lights/light_tree.hpp"
@@ -30,8 +31,6 @@ class LightTable {
     by_power  ///< of all the same everywhere: what others are compared with
   };
 
-  static constexpr std::size_t requests_at_once = 16;
-
   LightTable() = default;
   explicit LightTable(std::vector<Light> lights, Choice choice = Choice::by_importance);
 
@@ -49,7 +48,7 @@ class LightTable {
   [[nodiscard]] LightSample sample(const LightContext& context, std::uint32_t pick_bits,
                                    Vec2 u) const;
   /// The same for many at once, in less time for each, with the same bits: found[i] answers
-  /// asked[i]. At most requests_at_once.
+  /// asked[i]. At most samples_at_once.
   void sample(std::span<const LightRequest> asked, std::span<LightSample> found) const;
   /// The density of sample() for a hit on `light`, with the choice.
   [[nodiscard]] float pdf(const LightContext& context, std::uint32_t light,
