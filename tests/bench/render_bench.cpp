@@ -298,14 +298,16 @@ void threads_ratio(const std::string& name, const render::Scene& scene) {
   print(name + "_two_threads_over_one", ratios[ratios.size() / 2], "times");
 }
 
-void measure(const std::string& name, scene::Scene&& description, bool share_alone) {
+enum class Measured { all, share };
+
+void measure(const std::string& name, scene::Scene&& description, Measured what) {
   const double began = thread_cpu_seconds();
   const accel::Device device;
   const render::Scene scene = worker::build_scene(std::move(description), device);
   print(name + "_build", thread_cpu_seconds() - began, "s_of_calling_thread");
   print(name + "_embree_memory", static_cast<double>(device.memory()) * 0x1p-20, "MiB");
   measure_share(name, scene);
-  if (share_alone) return;
+  if (what == Measured::share) return;
   replay(name, scene);
   threads_ratio(name, scene);
 }
@@ -327,19 +329,26 @@ int main(int argc, char** argv) {
     const std::filesystem::path root = source != nullptr ? source : ".";
     const std::vector<std::string> names(argv + 1, argv + argc);
     const bool file = names.size() == 1 && names[0].ends_with(".json");
-    const bool shares_alone = !names.empty() && !file;
+    const Measured what = names.empty() || file ? Measured::all : Measured::share;
+    for (const std::string& name : names) {
+      if (!file && name != "cornell" && name != "million" && name != "million_principled")
+        throw Error(
+            ErrorKind::bad_input,
+            fmt::format("no scene \"{}\": expected cornell, million, million_principled, or "
+                        "one file .json",
+                        name));
+    }
     const auto wanted = [&](const std::string& name) {
-      return !shares_alone || std::find(names.begin(), names.end(), name) != names.end();
+      return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
     };
     if (wanted("cornell"))
-      measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene, shares_alone);
+      measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene, what);
     if (file) {
-      measure("million", scene::load_scene(std::filesystem::path(names[0])).scene, false);
+      measure("million", scene::load_scene(std::filesystem::path(names[0])).scene, what);
       return 0;
     }
-    if (wanted("million")) measure("million", million(matte()), shares_alone);
-    if (wanted("million_principled"))
-      measure("million_principled", million(principled()), shares_alone);
+    if (wanted("million")) measure("million", million(matte()), what);
+    if (wanted("million_principled")) measure("million_principled", million(principled()), what);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -161,7 +161,7 @@ N atan_of_ratio(N y, N x) {
   return quarter + r * polynomial<Terms<T>::atan>(r * r, atan_terms);
 }
 
-/// The angle of (x, y) where both are finite and not both 0.
+/// The angle of (x, y) where both are finite and not both 0; else any number, or NaN.
 template <class T, class N>
 N finite_atan2(N y, N x) {
   // Selections, not branches: which octant it is cannot be foretold.
@@ -189,7 +189,7 @@ double atan2_of(double y, double x) {
 }  // namespace detail
 
 /// Sine and cosine of an angle in radians, |x| ≤ 1e5 (float and double); beyond it the error grows
-/// with x.
+/// with x, and from 3.5e15 on it is no sine at all.
 inline std::pair<float, float> sincos(float x) {
   const auto [s, c] = detail::sincos_of<float>(static_cast<double>(x));
   return {static_cast<float>(s), static_cast<float>(c)};
@@ -211,7 +211,7 @@ inline double cos(double x) { return sincos(x).second; }
 /// The angle of (x, y), −π … π. atan2(±0, +0) is ±0, atan2(±0, −0) is ±π, as in C.
 inline float atan2(float y, float x) { return static_cast<float>(detail::atan2_of<float>(y, x)); }
 inline double atan2(double y, double x) { return detail::atan2_of<double>(y, x); }
-/// The same where both are finite and not both 0.
+/// The same where both are finite and not both 0; else any number, or NaN.
 inline double finite_atan2(double y, double x) { return detail::finite_atan2<double>(y, x); }
 inline WideDouble finite_atan2(const WideDouble& y, const WideDouble& x) {
   return detail::finite_atan2<double>(y, x);

@@ -56,7 +56,7 @@ class Wide {
   using Mask = WideMask<T>;
   using Register = typename WideRegister<T>::Values;
 
-  Wide() = default;
+  Wide() = default;  ///< any numbers
   /// The same in all lanes. NOLINTNEXTLINE(google-explicit-constructor): a formula's constants
   Wide(T all) : values_(all - Register{}) {}
   explicit Wide(Register values) : values_(values) {}
@@ -138,7 +138,7 @@ N magnitude(const N& x) {
   return with_sign(x, N(1));
 }
 
-/// Towards 0, of what an int holds.
+/// Towards 0, of what an int holds; of nothing else may it be asked.
 inline float whole_part(float x) { return static_cast<float>(static_cast<int>(x)); }
 inline WideFloat whole_part(const WideFloat& x) {
   return WideFloat(__builtin_convertvector(

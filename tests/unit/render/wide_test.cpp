@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/unit/render/chi2.hpp"
+#include "worker/render/bsdf/energy.hpp"
 #include "worker/render/fastmath.hpp"
 #include "worker/render/lights/spherical_rectangle.hpp"
 
@@ -120,6 +121,43 @@ TEST(Wide, WholePartsAreTowardsZero) {
     EXPECT_EQ(wide[lane], std::trunc(numbers[lane]));
     EXPECT_EQ(whole_part(numbers[lane]), std::trunc(numbers[lane]));
   }
+}
+
+TEST(Wide, VectorsAreNormalizedAsOneIs) {
+  const float huge = 3e30F, nan = std::numeric_limits<float>::quiet_NaN();
+  const std::array<Vec3, 8> all{Vec3{},      {1, 2, 3},     {-1e-30F, 0, 0}, {huge, huge, huge},
+                                {nan, 0, 1}, {0, -0.0F, 5}, {1e-3F, 1, -1},  {-2, 0.5F, 0}};
+  Vector3<WideFloat> wide;
+  for (std::size_t lane = 0; lane < all.size(); ++lane) {
+    wide.x.set(lane, all[lane].x);
+    wide.y.set(lane, all[lane].y);
+    wide.z.set(lane, all[lane].z);
+  }
+  const Vector3<WideFloat> unit = normalize(wide);
+  for (std::size_t lane = 0; lane < all.size(); ++lane) {
+    const Vec3 one = normalize(all[lane]);
+    EXPECT_TRUE(same_bits(unit.x[lane], one.x)) << lane;
+    EXPECT_TRUE(same_bits(unit.y[lane], one.y)) << lane;
+    EXPECT_TRUE(same_bits(unit.z[lane], one.z)) << lane;
+  }
+}
+
+TEST(Wide, LostEnergyIsLookedUpAsOfOneDirection) {
+  test::Random random(9);
+  for (int i = 0; i < 5'000; ++i) {
+    std::array<float, 8> cosine{}, alpha{};
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      cosine[lane] = random.next();
+      alpha[lane] = random.next() * 1.2F;
+    }
+    cosine[i % 8] = static_cast<float>(i % 2);
+    alpha[(i + 3) % 8] = static_cast<float>(i % 3) / 2;
+    const WideFloat wide =
+        energy::reflection(WideFloat::load(cosine.data()), WideFloat::load(alpha.data()));
+    for (std::size_t lane = 0; lane < 8; ++lane)
+      ASSERT_TRUE(same_bits(wide[lane], energy::reflection(cosine[lane], alpha[lane])));
+  }
+  EXPECT_TRUE(std::isnan(energy::reflection(0.5F, std::numeric_limits<float>::quiet_NaN())));
 }
 
 TEST(Wide, SinesAndAnglesHaveTheBitsOfOneNumber) {

@@ -117,7 +117,11 @@ Choice choose(const Closure& closure, float u) {
 
 /// A direction that is drawn. Its value and density may be still to be asked for.
 struct Drawn {
-  enum class Weighed : std::uint8_t { already, by_lobe, by_all };
+  enum class Weighed : std::uint8_t {
+    already,  ///< a delta, or a lobe alone that weighs what it draws
+    by_lobe,  ///< a microfacet alone, by directions in its own frame
+    by_all    ///< by all lobes, each in its frame
+  };
 
   BsdfSample sample;
   Weighed weighed = Weighed::already;
@@ -142,7 +146,7 @@ Drawn draw(const BsdfRequest& request) {
   const Frame& frame = frame_of(closure, lobe);
   Drawn out{.sample = {.kind = lobe.kind, .specular = !is_smooth(lobe)}, .lobe = &lobe};
   out.wo = frame.to_local(request.wo);
-  const LobeSample drawn = sample_lobe(lobe, out.wo, choice.u, request.u);
+  const LobeSample drawn = draw_lobe(lobe, out.wo, choice.u, request.u);
   if (!(drawn.pdf > 0)) return out;
   out.wi = drawn.wi;
   const Vec3 wi = frame.to_world(drawn.wi);
@@ -211,7 +215,7 @@ void BsdfBatch::add(const ScatteringRequest& request, Scattering& out) {
 void BsdfBatch::answer() {
   microfacets_.answer();
   for (std::size_t i = 0; i < count_; ++i)
-    *sums_[i].out = sum_of(*sums_[i].closure, &parts_[sums_[i].first]);
+    *sums_[i].out = sum_of(*sums_[i].closure, parts_.data() + sums_[i].first);
   count_ = used_ = 0;
 }
 

@@ -10,8 +10,8 @@
 namespace tessera::render {
 
 /// Answers what many hits ask at once, in less time for each than sample() and scattering(), with
-/// the same bits: what their microfacets do goes side by side. found[i] answers asked[i]. One for
-/// each thread, used again from call to call, as to make one takes time too.
+/// the same bits: what their microfacets do goes side by side. found[i] answers asked[i]. For one
+/// thread; made once for many calls, as to make one takes time too.
 class BsdfBatch {
  public:
   /// At most samples_at_once requests each.

@@ -132,15 +132,14 @@ Steps steps_for(float eta) {
   return {interface_at(low), interface_at(low + 1), at - static_cast<float>(low)};
 }
 
-}  // namespace
-
-namespace {
 template <class N>
 N reflection_of(N cosine, N alpha) {
   return reflection_tables().albedo.at(warp_cosine(cosine, greater(alpha, N(alpha_least))),
                                        warp_alpha(alpha));
 }
+
 }  // namespace
+
 float reflection(float cosine, float alpha) { return reflection_of(cosine, alpha); }
 WideFloat reflection(const WideFloat& cosine, const WideFloat& alpha) {
   return reflection_of(cosine, alpha);

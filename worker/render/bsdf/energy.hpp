@@ -22,13 +22,13 @@ struct Table {
   /// Between two points of an axis.
   template <class N>
   struct Place {
-    N low;   ///< which is the lower one
+    N low;   ///< which is the lower one: a whole number, so that lanes need no integers
     N part;  ///< of the next one
     /// 0…1.
     explicit Place(N x) {
       constexpr auto last = static_cast<float>(Side - 2);
       const N at = x * static_cast<float>(Side - 1);
-      low = select(at < last, whole_part(at), N(last));
+      low = whole_part(select(at < last, at, N(last)));
       part = at - low;
     }
   };

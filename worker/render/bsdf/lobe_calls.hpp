@@ -21,8 +21,9 @@ inline bool is_microfacet(const Lobe& lobe) {
   return lobe.kind == LobeKind::microfacet || lobe.kind == LobeKind::microfacet_through;
 }
 
-/// A microfacet's weight and pdf are still to come: 1 for now.
-inline LobeSample sample_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
+/// A direction and what it weighs; of a microfacet the direction alone, whose weight and pdf are 1
+/// until scattering_lobe() tells.
+inline LobeSample draw_lobe(const Lobe& lobe, const Vec3& wo, float u_lobe, Vec2 u) {
   switch (lobe.kind) {
     case LobeKind::diffuse:
       return diffuse::sample(lobe, wo, u);

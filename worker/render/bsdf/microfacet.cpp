@@ -125,36 +125,29 @@ void Batch::add(const Lobe& lobe, const Vec3& wo, const Vec3& wi, Scattering& ou
     return;
   }
   const Reflectance reflectance = reflectance_of(lobe);
-  const std::array<float, numbers> of{at.wo.x,
-                                      at.wo.y,
-                                      at.wo.z,
-                                      at.wi.x,
-                                      at.wi.y,
-                                      at.wi.z,
-                                      lobe.alpha_x,
-                                      lobe.multiple_share,
-                                      reflectance.normal.r,
-                                      reflectance.normal.g,
-                                      reflectance.normal.b,
-                                      reflectance.rise.r,
-                                      reflectance.rise.g,
-                                      reflectance.rise.b,
-                                      reflectance.dip.r,
-                                      reflectance.dip.g,
-                                      reflectance.dip.b,
-                                      lobe.multiple.r,
-                                      lobe.multiple.g,
-                                      lobe.multiple.b};
-  for (std::size_t i = 0; i < numbers; ++i) asked_[i][count_] = of[i];
+  asked_.wo.set(count_, at.wo.x, at.wo.y, at.wo.z);
+  asked_.wi.set(count_, at.wi.x, at.wi.y, at.wi.z);
+  asked_.alpha[count_] = lobe.alpha_x;
+  asked_.share[count_] = lobe.multiple_share;
+  const auto set = [&](Three& to, const Color& color) {
+    to.set(count_, color.r, color.g, color.b);
+  };
+  set(asked_.normal, reflectance.normal);
+  set(asked_.rise, reflectance.rise);
+  set(asked_.dip, reflectance.dip);
+  set(asked_.multiple, lobe.multiple);
   found_[count_++] = &out;
   if (count_ == WideFloat::lanes) answer();
 }
 
 void Batch::answer() {
   if (count_ == 0) return;
-  const auto number = [&](std::size_t i) { return WideFloat::load(asked_[i].data()); };
-  const Vector3<WideFloat> wo{number(0), number(1), number(2)}, wi{number(3), number(4), number(5)};
-  const WideFloat alpha = number(6), share = number(7);
+  const auto all = [](const Row& row) { return WideFloat::load(row.data()); };
+  const auto vector = [&](const Three& of) -> Vector3<WideFloat> {
+    return {all(of[0]), all(of[1]), all(of[2])};
+  };
+  const Vector3<WideFloat> wo = vector(asked_.wo), wi = vector(asked_.wi);
+  const WideFloat alpha = all(asked_.alpha), share = all(asked_.share);
   const Once<WideFloat> once({alpha, alpha}, wo, wi);
   const Reflectance::Parts<WideFloat> parts(once.cosine);
   const WideFloat later = (1.0F - energy::reflection(lesser(wi.z, WideFloat(1.0F)), alpha)) * wi.z;
@@ -162,8 +155,9 @@ void Batch::answer() {
   const WideFloat pdf = select(some, pdf_of_all(share, once.pdf, wi.z), once.pdf);
   std::array<WideFloat, 3> value;
   for (std::size_t c = 0; c < value.size(); ++c) {
-    const WideFloat first = parts.of(number(8 + c), number(11 + c), number(14 + c)) * once.factor;
-    value[c] = select(some, first + number(17 + c) * later, first);
+    const WideFloat first =
+        parts.of(all(asked_.normal[c]), all(asked_.rise[c]), all(asked_.dip[c])) * once.factor;
+    value[c] = select(some, first + all(asked_.multiple[c]) * later, first);
   }
   for (std::size_t lane = 0; lane < count_; ++lane)
     *found_[lane] = {.value = {value[0][lane], value[1][lane], value[2][lane]}, .pdf = pdf[lane]};

@@ -50,10 +50,22 @@ class Batch {
   void answer();
 
  private:
-  static constexpr std::size_t numbers = 20;  ///< that a call is made of
+  using Row = std::array<float, WideFloat::lanes>;
+  struct Three : std::array<Row, 3> {
+    void set(std::size_t lane, float a, float b, float c) {
+      (*this)[0][lane] = a;
+      (*this)[1][lane] = b;
+      (*this)[2][lane] = c;
+    }
+  };
+  /// What calls are made of, a lane for each.
+  struct Asked {
+    Three wo, wi;  ///< turned up
+    Row alpha, share;
+    Three normal, rise, dip, multiple;
+  };
   std::size_t count_ = 0;
-  // Lanes that nobody asks for hold numbers too.
-  std::array<std::array<float, WideFloat::lanes>, numbers> asked_{};
+  Asked asked_{};  ///< lanes that nobody asks for hold numbers too
   std::array<Scattering*, WideFloat::lanes> found_{};
 };
 

@@ -68,7 +68,7 @@ Fate arrive(Trace& trace, Lane& lane) {
   return Fate::scatters;
 }
 
-/// What the lanes of a wave ask together, and the answers: made once for all waves.
+/// What lanes ask together, and the answers: made once for all waves of a call.
 struct Questions {
   template <class T>
   using OfEach = std::array<T, samples_at_once>;
@@ -85,8 +85,8 @@ struct Questions {
 };
 
 /// Adds what a light's sample, one of `count`, brings to where the path is.
-void add_sampled(Trace& trace, Lane& lane, const LightSample& light, const Scattering& scattered,
-                 float count) {
+void add_light(Trace& trace, Lane& lane, const LightSample& light, const Scattering& scattered,
+               float count) {
   if (is_black(scattered.value)) return;
   const Interaction& at = lane.met->at;
   const PathState& path = lane.path;
@@ -99,7 +99,7 @@ void add_sampled(Trace& trace, Lane& lane, const LightSample& light, const Scatt
 }
 
 /// Adds the lights' samples, one of `count` for each lane.
-void add_sampled(Trace& trace, Lanes lanes, Questions& questions, float count) {
+void add_lights(Trace& trace, Lanes lanes, Questions& questions, float count) {
   std::size_t some = 0;
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const LightSample& light = questions.lights[i];
@@ -110,7 +110,7 @@ void add_sampled(Trace& trace, Lanes lanes, Questions& questions, float count) {
   questions.batch.scattering({questions.scatterings.data(), some}, questions.scattered);
   for (std::size_t k = 0; k < some; ++k) {
     const std::size_t i = questions.places[k];
-    add_sampled(trace, *lanes[i], questions.lights[i], questions.scattered[k], count);
+    add_light(trace, *lanes[i], questions.lights[i], questions.scattered[k], count);
   }
 }
 
@@ -128,11 +128,11 @@ void add_direct(Trace& trace, Lanes lanes, Questions& questions) {
       asked[i] = {&path.last_context, draw.bits(dim::light_pick), draw.pair(dim::light)};
     }
     lights.sample({asked.data(), lanes.size()}, questions.lights);
-    add_sampled(trace, lanes, questions, static_cast<float>(count));
+    add_lights(trace, lanes, questions, static_cast<float>(count));
   }
 }
 
-/// Lanes of some kind, in the order in which they came.
+/// Lanes of some kind.
 struct Chosen {
   std::array<Lane*, samples_at_once> lanes{};
   std::size_t count = 0;
@@ -142,7 +142,7 @@ struct Chosen {
 };
 
 /// Takes the next step of a path that scatters. False if it ends there.
-bool go_on(Trace& trace, Lane& lane, const BsdfSample& drawn, float roulette) {
+bool step(Trace& trace, Lane& lane, const BsdfSample& drawn, float roulette) {
   PathState& path = lane.path;
   if (!drawn || !advance(trace, path, lane.met->at, lane.closure, drawn, roulette)) return false;
   ++trace.rays;
@@ -151,8 +151,8 @@ bool go_on(Trace& trace, Lane& lane, const BsdfSample& drawn, float roulette) {
   return true;
 }
 
-/// The same of all lanes: adds to `left` those that go on.
-void go_on(Trace& trace, Lanes lanes, Questions& questions, Chosen& left) {
+/// Lets all lanes scatter: adds to `left` those that go on.
+void scatter(Trace& trace, Lanes lanes, Questions& questions, Chosen& left) {
   auto& asked = questions.bsdf_requests;
   auto& roulette = questions.roulette;
   for (std::size_t i = 0; i < lanes.size(); ++i) {
@@ -164,7 +164,7 @@ void go_on(Trace& trace, Lanes lanes, Questions& questions, Chosen& left) {
   }
   questions.batch.sample({asked.data(), lanes.size()}, questions.drawn);
   for (std::size_t i = 0; i < lanes.size(); ++i)
-    if (go_on(trace, *lanes[i], questions.drawn[i], roulette[i])) left.add(*lanes[i]);
+    if (step(trace, *lanes[i], questions.drawn[i], roulette[i])) left.add(*lanes[i]);
 }
 
 /// What each lane's ray meets. A large scene's faces are not in the caches: they are asked for at
@@ -200,16 +200,16 @@ void meet(const Scene& scene, Lanes lanes) {
   // All of them do one thing before any of them does the next.
   while (going.count > 0) {
     meet(trace.scene, going.all());
-    Chosen left, scattered, lit;
+    Chosen left, scattering, lit;
     for (Lane* const lane : going.all()) {
       const Fate fate = arrive(trace, *lane);
       if (fate == Fate::goes_on) left.add(*lane);
       if (fate != Fate::scatters) continue;
-      scattered.add(*lane);
+      scattering.add(*lane);
       if (lane->closure.has_smooth) lit.add(*lane);
     }
     add_direct(trace, lit.all(), questions);
-    go_on(trace, scattered.all(), questions, left);
+    scatter(trace, scattering.all(), questions, left);
     going = left;
   }
 }

@@ -10,11 +10,9 @@ namespace tessera::render {
 /// between them is in Rules, all static:
 /// - BsdfSample draw(closure, wo, numbers): where a path goes on; `numbers` is the BSDF's set.
 /// - void add_direct(trace, sampler, path, at, closure, record): light samples at a hit that has a
-/// lobe other
-///   than deltas, or nothing. path.last_context is the hit's.
+///   lobe other than deltas, or nothing. path.last_context is the hit's.
 /// - bool counts(trace, path, light): whether emission that the path ran into is counted; `light`
-/// is
-///   which of the scene's lights it is.
+///   is which of the scene's lights it is.
 /// - bool roulette: whether paths of little throughput may be ended.
 /// Depths, channels and rays are counted as path() does.
 template <class Rules>

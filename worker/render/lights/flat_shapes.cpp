@@ -26,6 +26,15 @@ ShapeSample along(const Plane& plane, const Vec3d& wi, double pdf) {
   return {.wi = wi, .distance = distance, .pdf = pdf};
 }
 
+/// How far the highest point of a parallelogram stands over the lit surface of normal n.
+template <class N>
+N highest_of(const Vector3<N>& corner, const Vector3<N>& u, const Vector3<N>& v,
+             const Vector3<N>& n) {
+  return dot(corner, n) + greater(dot(u, n), N(0.0)) + greater(dot(v, n), N(0.0));
+}
+/// Something of it can light the surface, which may have no normal.
+bool stands_over(double highest, const Vec3& surface) { return highest > 0 || surface == Vec3{}; }
+
 /// A quad seen from the lit point.
 struct SeenQuad {
   const QuadLight& light;
@@ -41,10 +50,8 @@ struct SeenQuad {
 
   /// False too if all of it is behind the lit surface, which scatters none of its light then.
   [[nodiscard]] bool visible(bool two_sided, const Vec3& surface) const {
-    if (!plane.visible(two_sided)) return false;
-    const Vec3d n = to_double(surface);
-    const double highest = dot(corner, n) + std::max(dot(u, n), 0.0) + std::max(dot(v, n), 0.0);
-    return highest > 0 || surface == Vec3{};
+    return sees(two_sided, plane.below) &&
+           stands_over(highest_of(corner, u, v, to_double(surface)), surface);
   }
   [[nodiscard]] SphericalRectangle rectangle() const {
     return {corner, u, v, light.inverse_length_u, light.inverse_length_v};
@@ -118,11 +125,7 @@ struct SeenRectangles {
   }
   /// As Plane::below.
   [[nodiscard]] WideDouble below() const { return dot(corner, cross(u, v)); }
-  /// As in SeenQuad::visible().
-  [[nodiscard]] WideDouble highest() const {
-    const WideDouble none = 0;
-    return dot(corner, surface) + greater(dot(u, surface), none) + greater(dot(v, surface), none);
-  }
+  [[nodiscard]] WideDouble highest() const { return highest_of(corner, u, v, surface); }
   [[nodiscard]] BasicSphericalRectangle<WideDouble> rectangle() const {
     return {corner, u, v, inverse_length_u, inverse_length_v};
   }
@@ -148,8 +151,7 @@ void sample_rectangles(std::span<const RectangleRequest> asked, std::span<ShapeS
   for (std::size_t lane = 0; lane < asked.size(); ++lane) {
     const auto& [light, two_sided, context, uv] = asked[lane];
     drawn[lane] = {};
-    if (!(two_sided ? below[lane] != 0 : below[lane] < 0)) continue;
-    if (!(highest[lane] > 0) && !(context->n == Vec3{})) continue;
+    if (!sees(two_sided, below[lane]) || !stands_over(highest[lane], context->n)) continue;
     if (!(angle[lane] >= least_rectangle_angle))
       drawn[lane] = sample_shape(*light, two_sided, *context, uv);
     else

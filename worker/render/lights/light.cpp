@@ -1,6 +1,7 @@
 #include "worker/render/lights/light.hpp"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 
 #include "worker/render/lights/environment_map.hpp"
@@ -148,10 +149,6 @@ EmissionCone cone_of(const SunLight& sun, bool) {
   return {.axis = sun.direction, .cos_theta_o = 1, .cos_theta_e = static_cast<float>(1 - sun.cap)};
 }
 
-}  // namespace
-
-namespace {
-
 LightSample light_sample(const Light& light, const ShapeSample& drawn) {
   const auto pdf = static_cast<float>(drawn.pdf);
   // Beyond float's range the light is a point, and this way to draw it has come to its end.
@@ -208,6 +205,7 @@ LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
 }
 
 void sample(std::span<const LightDraw> asked, std::span<LightSample> found) {
+  assert(asked.size() <= found.size());
   WaitingRectangles waiting(found);
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const auto& [light, context, u] = asked[i];

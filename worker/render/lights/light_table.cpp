@@ -91,6 +91,7 @@ void LightTable::sample(std::span<const LightRequest> asked, std::span<LightSamp
   }
   render::sample({draws.data(), asked.size()}, found);
   for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (draws[i].light == nullptr) continue;
     found[i].pdf *= picks[i].pmf;
     found[i].light = picks[i].light;
   }

@@ -38,7 +38,7 @@ BasicSphericalRectangle<N>::BasicSphericalRectangle(const Vector& corner, const 
   // origin stands over, and what is larger than its distance.
   const auto wide = (x0_ < 0.0) & (x1_ > 0.0) & (y0_ < 0.0) & (y1_ > 0.0) & (width * height > z2);
   const N turned = select(wide | (angle < -1.0), angle + 2 * pi_d, N(0.0));
-  // From within the plane, and where the edges are nothing or beyond all measure, it is 0.
+  // From within the plane it is 0, whatever came of the angles.
   solid_angle_ = select(z0_ < 0.0, select(angle >= 0.0, angle, turned), N(0.0));
 }
 

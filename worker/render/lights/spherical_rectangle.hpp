@@ -37,7 +37,7 @@ class BasicSphericalRectangle {
     Vector wi;  ///< of unit length, as exactly as the edges are at right angles
     N distance;
   };
-  /// A point of the rectangle. u, v in [0, 1).
+  /// A point of the rectangle, where its solid angle is not 0. u, v in [0, 1).
   [[nodiscard]] Sample sample(N u, N v) const;
 
  private:
