@@ -56,7 +56,8 @@ Block::Block(const Plan& plan, const Rect& rect, image::TileImage& image)
              .light_samples = plan.request.settings.light_samples,
              .aovs = plan.request.aovs,
              .follow_specular = plan.request.settings.aovs_follow_specular,
-             .closures = {}},
+             .closures = {},
+             .questions = {}},
       sets_(samples_at_once),
       aovs_(*image.layout, plan.request.aovs, plan.scene.light_groups) {
   const AovSums::Wanted& wanted = aovs_.wanted();

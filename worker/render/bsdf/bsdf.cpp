@@ -200,6 +200,15 @@ void BsdfBatch::add(const ScatteringRequest& request, Scattering& out) {
     out = {};
     return;
   }
+  if (lobes == 1) {
+    const Lobe& lobe = closure.lobes[0];
+    if (is_microfacet(lobe)) {
+      microfacets_.add(lobe, at.wo, at.wi, out);
+    } else {
+      out = scattering_lobe(lobe, at.wo, at.wi);
+    }
+    return;
+  }
   sums_[count_++] = {&closure, &out, used_};
   for (std::size_t i = 0; i < lobes; ++i) {
     const Lobe& lobe = closure.lobes[i];

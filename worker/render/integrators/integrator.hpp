@@ -9,6 +9,7 @@
 #include "worker/render/at_once.hpp"
 #include "worker/render/bsdf/bsdf.hpp"
 #include "worker/render/camera.hpp"
+#include "worker/render/integrators/questions.hpp"
 #include "worker/render/record.hpp"
 #include "worker/render/sampler.hpp"
 #include "worker/render/scene.hpp"
@@ -28,8 +29,9 @@ struct Trace {
   bool by_lobe = false;          ///< PathState::first is wanted
   bool coordinates = false;      ///< the first hit's texture coordinates are wanted
   bool identities = false;       ///< so is what it belongs to
-  /// Of the hits that are looked at; they are too large to be made anew for each.
-  std::array<Closure, samples_at_once> closures;
+  // What is too large to be made anew for each hit:
+  std::array<Closure, samples_at_once> closures;  ///< of the hits that are looked at
+  Questions questions;
 };
 
 /// One sample of a pixel.

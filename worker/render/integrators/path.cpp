@@ -4,7 +4,6 @@
 #include <cassert>
 #include <optional>
 
-#include "worker/render/bsdf/bsdf_batch.hpp"
 #include "worker/render/integrators/found_light.hpp"
 #include "worker/render/integrators/found_weight.hpp"
 #include "worker/render/integrators/holes.hpp"
@@ -68,22 +67,6 @@ Fate arrive(Trace& trace, Lane& lane) {
   return Fate::scatters;
 }
 
-/// What lanes ask together, and the answers: made once for all waves of a call.
-struct Questions {
-  template <class T>
-  using OfEach = std::array<T, samples_at_once>;
-
-  OfEach<LightRequest> light_requests;
-  OfEach<LightSample> lights;
-  OfEach<ScatteringRequest> scatterings;
-  OfEach<std::size_t> places{};  ///< the lanes that scattering is asked for
-  OfEach<Scattering> scattered;
-  OfEach<BsdfRequest> bsdf_requests;
-  OfEach<float> roulette{};
-  OfEach<BsdfSample> drawn;
-  BsdfBatch batch;
-};
-
 /// Adds what a light's sample, one of `count`, brings to where the path is.
 void add_light(Trace& trace, Lane& lane, const LightSample& light, const Scattering& scattered,
                float count) {
@@ -99,7 +82,8 @@ void add_light(Trace& trace, Lane& lane, const LightSample& light, const Scatter
 }
 
 /// Adds the lights' samples, one of `count` for each lane.
-void add_lights(Trace& trace, Lanes lanes, Questions& questions, float count) {
+void add_lights(Trace& trace, Lanes lanes, float count) {
+  Questions& questions = trace.questions;
   std::size_t some = 0;
   for (std::size_t i = 0; i < lanes.size(); ++i) {
     const LightSample& light = questions.lights[i];
@@ -115,10 +99,10 @@ void add_lights(Trace& trace, Lanes lanes, Questions& questions, float count) {
 }
 
 /// Light samples for all lanes.
-void add_direct(Trace& trace, Lanes lanes, Questions& questions) {
+void add_direct(Trace& trace, Lanes lanes) {
   const LightTable& lights = trace.scene.lights;
   if (lights.empty()) return;
-  auto& asked = questions.light_requests;
+  auto& asked = trace.questions.light_requests;
   const auto count = static_cast<std::uint32_t>(trace.light_samples);
   for (std::uint32_t j = 0; j < count; ++j) {
     for (std::size_t i = 0; i < lanes.size(); ++i) {
@@ -127,8 +111,8 @@ void add_direct(Trace& trace, Lanes lanes, Questions& questions) {
       const Draw4 draw = lanes[i]->sample.sampler.draw4(set, j, count);
       asked[i] = {&path.last_context, draw.bits(dim::light_pick), draw.pair(dim::light)};
     }
-    lights.sample({asked.data(), lanes.size()}, questions.lights);
-    add_lights(trace, lanes, questions, static_cast<float>(count));
+    lights.sample({asked.data(), lanes.size()}, trace.questions.lights);
+    add_lights(trace, lanes, static_cast<float>(count));
   }
 }
 
@@ -152,7 +136,8 @@ bool step(Trace& trace, Lane& lane, const BsdfSample& drawn, float roulette) {
 }
 
 /// Lets all lanes scatter: adds to `left` those that go on.
-void scatter(Trace& trace, Lanes lanes, Questions& questions, Chosen& left) {
+void scatter(Trace& trace, Lanes lanes, Chosen& left) {
+  Questions& questions = trace.questions;
   auto& asked = questions.bsdf_requests;
   auto& roulette = questions.roulette;
   for (std::size_t i = 0; i < lanes.size(); ++i) {
@@ -192,7 +177,6 @@ void meet(const Scene& scene, Lanes lanes) {
 [[gnu::flatten]] void path(Trace& trace, std::span<CameraSample> samples) {
   assert(samples.size() <= samples_at_once);
   std::array<std::optional<Lane>, samples_at_once> lanes;
-  Questions questions;
   Chosen going;
   for (CameraSample& sample : samples)
     going.add(lanes[going.count].emplace(sample, trace.closures[going.count]));
@@ -208,8 +192,8 @@ void meet(const Scene& scene, Lanes lanes) {
       scattering.add(*lane);
       if (lane->closure.has_smooth) lit.add(*lane);
     }
-    add_direct(trace, lit.all(), questions);
-    scatter(trace, scattering.all(), questions, left);
+    add_direct(trace, lit.all());
+    scatter(trace, scattering.all(), left);
     going = left;
   }
 }

@@ -80,20 +80,26 @@ LightSample LightTable::sample(const LightContext& context, std::uint32_t pick_b
 }
 
 void LightTable::sample(std::span<const LightRequest> asked, std::span<LightSample> found) const {
-  assert(asked.size() <= samples_at_once && asked.size() <= found.size());
-  std::array<Pick, samples_at_once> picks;
-  std::array<LightDraw, samples_at_once> draws;
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    const LightRequest& request = asked[i];
-    picks[i] = pick(*request.context, request.pick_bits);
-    const Light* const light = picks[i].pmf > 0 ? &lights_[picks[i].light] : nullptr;
-    draws[i] = {light, request.context, request.u};
-  }
-  render::sample({draws.data(), asked.size()}, found);
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    if (draws[i].light == nullptr) continue;
-    found[i].pdf *= picks[i].pmf;
-    found[i].light = picks[i].light;
+  assert(asked.size() <= found.size());
+  constexpr std::size_t some = 16;
+  std::array<Pick, some> picks;
+  std::array<LightDraw, some> draws;
+  while (!asked.empty()) {
+    const std::size_t count = std::min(some, asked.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const LightRequest& request = asked[i];
+      picks[i] = pick(*request.context, request.pick_bits);
+      const Light* const light = picks[i].pmf > 0 ? &lights_[picks[i].light] : nullptr;
+      draws[i] = {light, request.context, request.u};
+    }
+    render::sample({draws.data(), count}, found);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (draws[i].light == nullptr) continue;
+      found[i].pdf *= picks[i].pmf;
+      found[i].light = picks[i].light;
+    }
+    asked = asked.subspan(count);
+    found = found.subspan(count);
   }
 }
 

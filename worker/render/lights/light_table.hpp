@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "worker/render/at_once.hpp"
 #include "worker/render/lights/alias_table.hpp"
 #include "worker/render/lights/light.hpp"
 #include "worker/render/lights/light_tree.hpp"
@@ -48,7 +47,7 @@ class LightTable {
   [[nodiscard]] LightSample sample(const LightContext& context, std::uint32_t pick_bits,
                                    Vec2 u) const;
   /// The same for many at once, in less time for each, with the same bits: found[i] answers
-  /// asked[i]. At most samples_at_once.
+  /// asked[i].
   void sample(std::span<const LightRequest> asked, std::span<LightSample> found) const;
   /// The density of sample() for a hit on `light`, with the choice.
   [[nodiscard]] float pdf(const LightContext& context, std::uint32_t light,
