@@ -1,5 +1,6 @@
 // The house's rules, proved from its sources: includes run one way only, each outside library has
-// one room, no circles.
+// one room, no circles. And from the programs built: what they link, and that the worker's
+// arithmetic is the sources'.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,6 +12,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -154,10 +156,8 @@ TEST(House, each_outside_library_has_one_room) {
       }
 }
 
-std::string needed_libraries(const std::string& program) {
-  const char* bin = std::getenv("TESSERA_BIN_DIR");
-  if (bin == nullptr) return {};
-  const std::string command = "ldd '" + std::string(bin) + "/" + program + "' 2>&1";
+/// What a command prints; empty where it fails.
+std::string printed_by(const std::string& command) {
   std::string out;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return {};
@@ -165,6 +165,41 @@ std::string needed_libraries(const std::string& program) {
   while (std::fgets(piece.data(), static_cast<int>(piece.size()), pipe) != nullptr)
     out += piece.data();
   return pclose(pipe) == 0 ? out : std::string{};
+}
+
+/// A built program's path, quoted for the shell.
+std::string built(const std::string& program) {
+  const char* bin = std::getenv("TESSERA_BIN_DIR");
+  return "'" + std::string(bin == nullptr ? "TESSERA_BIN_DIR is not set" : bin) + "/" + program +
+         "'";
+}
+
+std::string needed_libraries(const std::string& program) {
+  return printed_by("ldd " + built(program) + " 2>&1");
+}
+
+/// How many of a program's instructions multiply floats alone, and how many multiply and add at
+/// once.
+struct Multiplications {
+  int plain = 0, contracted = 0;
+};
+
+Multiplications multiplications(const std::string& program) {
+  const std::string text = printed_by("objdump --disassemble --no-show-raw-insn " + built(program) +
+                                      " | grep --extended-regexp 'vmul[sp][sd]|vfn?m(add|sub)'");
+  Multiplications out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    ++(line.find("vmul") != std::string::npos ? out.plain : out.contracted);
+  return out;
+}
+
+/// A product that is rounded only with its sum is another number, so a worker built by another
+/// compiler would send other bits.
+TEST(House, no_product_is_contracted_with_its_sum) {
+  const Multiplications worker = multiplications("tessera-worker");
+  ASSERT_GT(worker.plain, 1000) << "tessera-worker's instructions could not be read by objdump";
+  EXPECT_EQ(worker.contracted, 0) << "find them by: objdump -d tessera-worker | grep vfm";
 }
 
 TEST(House, the_coordinator_links_no_embree) {
