@@ -145,6 +145,14 @@ inline WideFloat whole_part(const WideFloat& x) {
       __builtin_convertvector(x.values(), WideRegister<float>::Bits), WideRegister<float>::Values));
 }
 
+/// Four floats from memory, in double.
+inline WideDouble widened(const float* from) {
+  using Half [[gnu::vector_size(16)]] = float;
+  Half values;
+  __builtin_memcpy(&values, from, sizeof values);
+  return WideDouble(__builtin_convertvector(values, WideRegister<double>::Values));
+}
+
 /// std::max and std::min, of NaN too.
 template <class N>
 N greater(const N& a, const N& b) {

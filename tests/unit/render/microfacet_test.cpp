@@ -115,6 +115,18 @@ TEST(Microfacet, ABrushedSurfaceIsNearlyAnEvenOneWhereItIsNearlyEven) {
             energy::bounce({0.5F, 0.75F}, {0.7F, 0.2F}).albedo);
 }
 
+TEST(Microfacet, ARowOfOneRoughnessHasTheTablesBits) {
+  for (const float alpha : {0.0F, 1e-4F, 0.013F, 0.3F, 0.77F, 1.0F, 1.5F}) {
+    const energy::BounceRow row(alpha);
+    for (int i = 0; i <= 1000; ++i) {
+      const float cosine = static_cast<float>(i) / 1000;
+      const energy::Bounce expected = energy::bounce(cosine, alpha), found = row.at(cosine);
+      ASSERT_EQ(found.albedo, expected.albedo) << alpha << ' ' << cosine;
+      ASSERT_EQ(found.schlick, expected.schlick) << alpha << ' ' << cosine;
+    }
+  }
+}
+
 TEST(Microfacet, ItsAlbedoIsWhatItReflects) {
   const Reflectance gold = conductor_reflectance({0.15F, 0.4F, 1.4F}, {3.9F, 2.4F, 1.8F});
   for (const Reflectance& reflectance : {gold, schlick_reflectance({0.9F, 0.04F, 0.3F}, gray(1)),

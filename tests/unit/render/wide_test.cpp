@@ -160,6 +160,13 @@ TEST(Wide, LostEnergyIsLookedUpAsOfOneDirection) {
   EXPECT_TRUE(std::isnan(energy::reflection(0.5F, std::numeric_limits<float>::quiet_NaN())));
 }
 
+TEST(Wide, FloatsFromMemoryAreThemselvesInDouble) {
+  const std::array<float, 5> numbers{0.1F, -0.0F, 3e38F, 1e-38F, 7};
+  const WideDouble wide = widened(numbers.data());
+  for (std::size_t lane = 0; lane < 4; ++lane)
+    EXPECT_TRUE(same_bits(wide[lane], static_cast<double>(numbers[lane])));
+}
+
 TEST(Wide, SinesAndAnglesHaveTheBitsOfOneNumber) {
   test::Random random(3);
   for (int i = 0; i < 50'000; ++i) {

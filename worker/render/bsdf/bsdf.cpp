@@ -115,15 +115,14 @@ Choice choose(const Closure& closure, float u) {
           .u = std::min(rest / pick, one_minus_epsilon)};
 }
 
-/// A direction that is drawn. Its value and density may be still to be asked for.
+/// How the value and density of a direction that is drawn are found.
 struct Drawn {
   enum class Weighed : std::uint8_t {
-    already,  ///< a delta, or a lobe alone that weighs what it draws
+    already,  ///< they are: a delta, or a lobe alone that weighs what it draws
     by_lobe,  ///< a microfacet alone, by directions in its own frame
     by_all    ///< by all lobes, each in its frame
   };
 
-  BsdfSample sample;
   Weighed weighed = Weighed::already;
   const Lobe* lobe = nullptr;
   Vec3 wo, wi;  ///< in the lobe's frame
@@ -138,13 +137,17 @@ void weigh(const Scattering& all, BsdfSample& drawn) {
   }
 }
 
-Drawn draw(const BsdfRequest& request) {
+Drawn draw(const BsdfRequest& request, BsdfSample& sample) {
   const Closure& closure = *request.closure;
-  if (closure.count == 0) return {};
+  sample = {};
+  Drawn out;
+  if (closure.count == 0) return out;
   const Choice choice = choose(closure, request.u_lobe);
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
   const Frame& frame = frame_of(closure, lobe);
-  Drawn out{.sample = {.kind = lobe.kind, .specular = !is_smooth(lobe)}, .lobe = &lobe};
+  sample.kind = lobe.kind;
+  sample.specular = !is_smooth(lobe);
+  out.lobe = &lobe;
   out.wo = frame.to_local(request.wo);
   const LobeSample drawn = draw_lobe(lobe, out.wo, choice.u, request.u);
   if (!(drawn.pdf > 0)) return out;
@@ -152,16 +155,16 @@ Drawn draw(const BsdfRequest& request) {
   const Vec3 wi = frame.to_world(drawn.wi);
   if (on_one_side(closure, request.wo, wi) == drawn.transmission) return out;
 
-  out.sample.wi = wi;
-  out.sample.weight = drawn.weight;
-  out.sample.pdf = drawn.pdf;
-  out.sample.transmission = drawn.transmission;
-  out.sample.eta = drawn.eta;
+  sample.wi = wi;
+  sample.weight = drawn.weight;
+  sample.pdf = drawn.pdf;
+  sample.transmission = drawn.transmission;
+  sample.eta = drawn.eta;
   if (closure.count == 1) {
     if (is_microfacet(lobe)) out.weighed = Drawn::Weighed::by_lobe;
-  } else if (out.sample.specular) {
-    out.sample.pdf *= choice.probability;
-    out.sample.weight = drawn.weight / choice.probability;
+  } else if (sample.specular) {
+    sample.pdf *= choice.probability;
+    sample.weight = drawn.weight / choice.probability;
   } else {
     out.weighed = Drawn::Weighed::by_all;
   }
@@ -171,12 +174,13 @@ Drawn draw(const BsdfRequest& request) {
 }  // namespace
 
 BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) {
-  Drawn drawn = draw({&closure, wo, u_lobe, u});
+  BsdfSample out;
+  const Drawn drawn = draw({&closure, wo, u_lobe, u}, out);
   if (drawn.weighed == Drawn::Weighed::by_lobe)
-    weigh(scattering_lobe(*drawn.lobe, drawn.wo, drawn.wi), drawn.sample);
+    weigh(scattering_lobe(*drawn.lobe, drawn.wo, drawn.wi), out);
   else if (drawn.weighed == Drawn::Weighed::by_all)
-    weigh(scattering_of(closure, Pair(closure, wo, drawn.sample.wi)), drawn.sample);
-  return drawn.sample;
+    weigh(scattering_of(closure, Pair(closure, wo, out.wi)), out);
+  return out;
 }
 
 Scattering scattering(const Closure& closure, const Vec3& wo, const Vec3& wi) {
@@ -237,13 +241,12 @@ void BsdfBatch::scattering(std::span<const ScatteringRequest> asked, std::span<S
 void BsdfBatch::sample(std::span<const BsdfRequest> asked, std::span<BsdfSample> found) {
   assert(asked.size() <= samples_at_once && asked.size() <= found.size());
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    const Drawn drawn = draw(asked[i]);
-    found[i] = drawn.sample;
+    const Drawn drawn = draw(asked[i], found[i]);
     if (drawn.weighed == Drawn::Weighed::already) continue;
     if (drawn.weighed == Drawn::Weighed::by_lobe)
       microfacets_.add(*drawn.lobe, drawn.wo, drawn.wi, weights_[i]);
     else
-      add({asked[i].closure, asked[i].wo, drawn.sample.wi}, weights_[i]);
+      add({asked[i].closure, asked[i].wo, found[i].wi}, weights_[i]);
     waiting_[waiting_count_++] = i;
   }
   answer();

@@ -32,7 +32,7 @@ Bounce computed_bounce(float cosine, float alpha) {
 }
 
 struct Reflection {
-  static constexpr int side = 32;
+  static constexpr int side = reflection_side;
   Table<side> albedo, schlick;
   Means<side> mean;
 
@@ -150,6 +150,16 @@ Bounce bounce(float cosine, float alpha) {
   const Place y(warp_alpha(alpha));
   return {tables.albedo.at(Place(warp_cosine(cosine, std::max(alpha, alpha_least))), y),
           tables.schlick.at(Place(std::sqrt(std::min(cosine, 1.0F))), y)};
+}
+BounceRow::BounceRow(float alpha) : alpha_(std::max(alpha, alpha_least)) {
+  const Reflection& tables = reflection_tables();
+  const Place y(warp_alpha(alpha));
+  const auto fill = [&](const Table<reflection_side>& table, Values& row) {
+    for (int i = 0; i < reflection_side; ++i)
+      row[static_cast<std::size_t>(i)] = table.at_point(i, y);
+  };
+  fill(tables.albedo, albedo_);
+  fill(tables.schlick, schlick_);
 }
 float reflection_mean(float alpha) { return reflection_tables().mean.at(warp_alpha(alpha)); }
 void prepare_reflection() { (void)reflection_tables(); }

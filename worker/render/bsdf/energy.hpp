@@ -11,6 +11,18 @@
 /// is brushed in one direction asks brushed_energy.hpp.
 namespace tessera::render::energy {
 
+constexpr float alpha_least = 1e-4F;
+
+/// At low α all that happens does so where the cosine is like α: there a table's axis is stretched.
+template <class N>
+N warp_cosine(N cosine, N alpha) {
+  return square_root(lesser(N(1.0F), cosine * (1.0F + 2.0F * alpha) / (cosine + 2.0F * alpha)));
+}
+template <class N>
+N warp_alpha(N alpha) {
+  return square_root(within(alpha, N(0.0F), N(1.0F)));
+}
+
 /// Over the cosine of the direction and α, both warped to where the function bends.
 template <int Side>
 struct Table {
@@ -31,12 +43,18 @@ struct Table {
       low = whole_part(select(at < last, at, N(last)));
       part = at - low;
     }
+    [[nodiscard]] N between(N here, N next) const { return here * (1.0F - part) + next * part; }
   };
   [[nodiscard]] float at(const Place<float>& x, const Place<float>& y) const {
     const float* p = &values[index(static_cast<int>(x.low), static_cast<int>(y.low))];
     return between(x, y, p[0], p[1], p[Side], p[Side + 1]);
   }
   [[nodiscard]] float at(float x, float y) const { return at(Place<float>(x), Place<float>(y)); }
+  /// At a point of the first axis.
+  [[nodiscard]] float at_point(int i, const Place<float>& y) const {
+    const float* p = &values[index(i, static_cast<int>(y.low))];
+    return y.between(p[0], p[Side]);
+  }
   [[nodiscard]] WideFloat at(const WideFloat& x_at, const WideFloat& y_at) const {
     const Place<WideFloat> x(x_at), y(y_at);
     WideFloat a, b, c, d;
@@ -53,8 +71,7 @@ struct Table {
  private:
   template <class N>
   static N between(const Place<N>& x, const Place<N>& y, N a, N b, N c, N d) {
-    return (a * (1.0F - x.part) + b * x.part) * (1.0F - y.part) +
-           (c * (1.0F - x.part) + d * x.part) * y.part;
+    return x.between(y.between(a, c), y.between(b, d));
   }
 };
 
@@ -68,6 +85,27 @@ struct Bounce {
   float schlick = 0;
 };
 Bounce bounce(float cosine, float alpha);
+/// The tables' points along each axis.
+inline constexpr int reflection_side = 32;
+/// bounce() at one α, in less time, with its bits.
+class BounceRow {
+ public:
+  explicit BounceRow(float alpha);
+  [[nodiscard]] Bounce at(float cosine) const {
+    return {value(albedo_, Place(warp_cosine(cosine, alpha_))),
+            value(schlick_, Place(square_root(lesser(cosine, 1.0F))))};
+  }
+
+ private:
+  using Place = Table<reflection_side>::Place<float>;
+  using Values = std::array<float, reflection_side>;
+  static float value(const Values& values, const Place& x) {
+    const auto low = static_cast<std::size_t>(static_cast<int>(x.low));
+    return x.between(values[low], values[low + 1]);
+  }
+  float alpha_;
+  Values albedo_{}, schlick_{};
+};
 /// reflection(), averaged over cosine-weighted directions.
 float reflection_mean(float alpha);
 void prepare_reflection();

@@ -10,20 +10,9 @@
 /// How the tables of energy.hpp and brushed_energy.hpp are filled: fixed quadratures.
 namespace tessera::render::energy {
 
-constexpr float alpha_least = 1e-4F;
-
-/// At low α all that happens does so where the cosine is like α: there a table's axis is stretched.
-template <class N>
-N warp_cosine(N cosine, N alpha) {
-  return square_root(lesser(N(1.0F), cosine * (1.0F + 2.0F * alpha) / (cosine + 2.0F * alpha)));
-}
 inline float unwarp_cosine(float x, float alpha) {
   const float y = x * x;
   return std::clamp(2 * alpha * y / (1 + 2 * alpha - y), 1e-5F, 1.0F);
-}
-template <class N>
-N warp_alpha(N alpha) {
-  return square_root(within(alpha, N(0.0F), N(1.0F)));
 }
 inline float unwarp_alpha(float y) { return std::max(y * y, alpha_least); }
 inline float coordinate(int i, int side) {

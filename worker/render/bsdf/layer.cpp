@@ -30,13 +30,8 @@ Layer::Layer(const Source& source, const Frame& shading, const ggx::Roughness& r
   view = microfacet::view_of(roughness, energy::slant_of(brushed->to_local(source.point.wo)));
 }
 
-void Layer::add(const Lobe& lobe, const Color& albedo, Closure& out) const {
-  const float weight = max_component(albedo);
+void Layer::add_brushed(const Lobe& lobe, float weight, Closure& out) const {
   if (!(weight > 0)) return;
-  if (lobe.alpha_x == lobe.alpha_y) {
-    out.add(lobe, weight);
-    return;
-  }
   Lobe turned = lobe;
   turned.frame = out.add_frame(*brushed);
   out.add(turned, weight);

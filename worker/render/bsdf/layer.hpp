@@ -25,6 +25,14 @@ inline ggx::Roughness roughness_of(float roughness, float strength = 0) {
 /// The unit vector at an angle, in radians counter-clockwise from the first axis.
 Vec2 direction_of(float angle);
 
+/// energy::bounce() of a surface, made once, for hits to look up; none of a mirror or of what is
+/// brushed.
+inline std::optional<energy::BounceRow> bounces_of(const microfacet::Surface& surface) {
+  const ggx::Roughness& roughness = surface.roughness;
+  if (surface.smooth || roughness.alpha_x != roughness.alpha_y) return std::nullopt;
+  return energy::BounceRow(roughness.alpha_x);
+}
+
 /// Microfacets at a hit, in a frame of their own where they are brushed: along `direction`, of any
 /// length, by the surface's tangent and across.
 struct Layer {
@@ -33,8 +41,20 @@ struct Layer {
 
   Layer(const Source& source, const Frame& shading, const ggx::Roughness& roughness,
         Vec2 direction);
+  /// Of a surface whose bounces were made: they have no direction.
+  Layer(const Source& source, const Frame& shading, const energy::BounceRow& bounces)
+      : view(microfacet::view_of(bounces, facing(shading, source))) {}
   /// Adds a lobe of these microfacets, which is chosen by its albedo.
-  void add(const Lobe& lobe, const Color& albedo, Closure& out) const;
+  void add(const Lobe& lobe, const Color& albedo, Closure& out) const {
+    if (lobe.alpha_x == lobe.alpha_y) {
+      out.add(lobe, max_component(albedo));
+    } else {
+      add_brushed(lobe, max_component(albedo), out);
+    }
+  }
+
+ private:
+  void add_brushed(const Lobe& lobe, float weight, Closure& out) const;
 };
 
 /// What light meets that goes straight through a thin wall, or nearly so: as rough as the wall is

@@ -1,7 +1,6 @@
 #include "worker/render/bsdf/microfacet.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "worker/render/bsdf/brushed_energy.hpp"
@@ -68,37 +67,6 @@ Surface surface_of(const Reflectance& reflectance, const ggx::Roughness& roughne
   out.later = later_bounces(reflectance.mean(), out.mean);
   out.spread = inv_pi / std::max(1 - out.mean, 1e-6F);
   return out;
-}
-
-View view_of(const ggx::Roughness& roughness, const energy::Slant& wo) {
-  if (ggx::is_smooth(roughness)) return {.cosine = wo.cosine};
-  return {.cosine = wo.cosine, .once = energy::bounce(wo, roughness)};
-}
-
-Lobe lobe_of(const Surface& surface, const View& view, bool through) {
-  const Reflectance& reflectance = surface.reflectance;
-  assert(!through || !surface.smooth);
-  if (surface.smooth) {
-    return {.kind = LobeKind::mirror,
-            .weight = reflectance.at(view.cosine),
-            .tint = reflectance.normal};
-  }
-  const float lost = 1 - view.once.albedo;
-  return {.kind = through ? LobeKind::microfacet_through : LobeKind::microfacet,
-          .weight = reflectance.normal,
-          .tint = reflectance.rise,
-          .alpha_x = std::max(surface.roughness.alpha_x, ggx::alpha_smooth),
-          .alpha_y = std::max(surface.roughness.alpha_y, ggx::alpha_smooth),
-          .dip = reflectance.dip,
-          .multiple = surface.later * (lost * surface.spread),
-          .multiple_share = std::clamp(lost, 0.0F, 1.0F)};
-}
-
-Color albedo(const Surface& surface, const View& view) {
-  const Reflectance& reflectance = surface.reflectance;
-  if (surface.smooth) return reflectance.at(view.cosine);
-  return (reflectance.normal + reflectance.rise * view.once.schlick) * view.once.albedo +
-         surface.later * (1 - view.once.albedo);
 }
 
 Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi) {

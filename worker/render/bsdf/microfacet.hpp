@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
 
 #include "worker/render/bsdf/brushed_energy.hpp"
@@ -29,13 +31,42 @@ struct View {
   float cosine = 1;  ///< of wo, in the lobe's frame, 0…1
   energy::Bounce once{.albedo = 1};
 };
-View view_of(const ggx::Roughness& roughness, const energy::Slant& wo);
+inline View view_of(const ggx::Roughness& roughness, const energy::Slant& wo) {
+  if (ggx::is_smooth(roughness)) return {.cosine = wo.cosine};
+  return {.cosine = wo.cosine, .once = energy::bounce(wo, roughness)};
+}
+/// The same of a roughness that is no mirror's and has no direction.
+inline View view_of(const energy::BounceRow& row, float cosine) {
+  return {.cosine = cosine, .once = row.at(cosine)};
+}
 
 /// The rough lobe, or the mirror; `through` is the twin of a rough one, whose reflectance is a mere
 /// colour.
-Lobe lobe_of(const Surface& surface, const View& view, bool through = false);
+inline Lobe lobe_of(const Surface& surface, const View& view, bool through = false) {
+  const Reflectance& reflectance = surface.reflectance;
+  assert(!through || !surface.smooth);
+  if (surface.smooth) {
+    return {.kind = LobeKind::mirror,
+            .weight = reflectance.at(view.cosine),
+            .tint = reflectance.normal};
+  }
+  const float lost = 1 - view.once.albedo;
+  return {.kind = through ? LobeKind::microfacet_through : LobeKind::microfacet,
+          .weight = reflectance.normal,
+          .tint = reflectance.rise,
+          .alpha_x = std::max(surface.roughness.alpha_x, ggx::alpha_smooth),
+          .alpha_y = std::max(surface.roughness.alpha_y, ggx::alpha_smooth),
+          .dip = reflectance.dip,
+          .multiple = surface.later * (lost * surface.spread),
+          .multiple_share = std::clamp(lost, 0.0F, 1.0F)};
+}
 /// What such a lobe makes of light to wo: its directional albedo, but for a metal's dip.
-Color albedo(const Surface& surface, const View& view);
+inline Color albedo(const Surface& surface, const View& view) {
+  const Reflectance& reflectance = surface.reflectance;
+  if (surface.smooth) return reflectance.at(view.cosine);
+  return (reflectance.normal + reflectance.rise * view.once.schlick) * view.once.albedo +
+         surface.later * (1 - view.once.albedo);
+}
 
 /// As of a closure that has this lobe alone, in the lobe's frame.
 Scattering scattering(const Lobe& lobe, const Vec3& wo, const Vec3& wi);

@@ -39,7 +39,9 @@ PrincipledSurface::PrincipledSurface(const scene::Principled& source, bool uses_
   const ShadingPoint anywhere;
   const TextureTable none;
   if (!coat_roughness.texture) coat_everywhere_ = coat_surface_at({anywhere, none});
-  if (!is_textured()) everywhere_ = layers_at({anywhere, none});
+  if (is_textured()) return;
+  everywhere_ = layers_at({anywhere, none});
+  everywhere_->bounces = bounces_of(everywhere_->specular);
 }
 
 /// Some texture has a part in its layers.
@@ -187,7 +189,8 @@ void PrincipledSurface::add(const Source& source, Closure& out) const {
 void PrincipledSurface::add(const Layers& layers, const Source& source, float below,
                             Closure& out) const {
   const ggx::Roughness& rough = layers.specular.roughness;
-  const Layer layer(source, out.shading, rough, layers.direction);
+  const Layer layer = layers.bounces ? Layer(source, out.shading, *layers.bounces)
+                                     : Layer(source, out.shading, rough, layers.direction);
   const Lobe lobe = microfacet::lobe_of(layers.specular, layer.view);
   const Color albedo = microfacet::albedo(layers.specular, layer.view);
   if (below == 1) {

@@ -34,6 +34,7 @@ struct PrincipledSurface {
  private:
   /// The specular layer and what is below it, but for where it is seen from.
   struct Layers {
+    std::optional<energy::BounceRow> bounces;  ///< where that is made once, of the specular layer
     microfacet::Surface specular;    ///< dielectric and metal, each by its part of the surface
     microfacet::Surface dielectric;  ///< as if it had all of the surface
     bool dielectric_alone = false;   ///< it has

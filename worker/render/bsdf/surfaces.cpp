@@ -14,10 +14,12 @@ ConductorSurface::ConductorSurface(const scene::Conductor& source)
           microfacet::surface_of(conductor_reflectance(to_color(source.eta), to_color(source.k)),
                                  roughness_of(static_cast<float>(source.roughness),
                                               static_cast<float>(source.anisotropy)))),
-      direction(direction_of(static_cast<float>(source.anisotropy_rotation))) {}
+      direction(direction_of(static_cast<float>(source.anisotropy_rotation))),
+      bounces(bounces_of(surface)) {}
 
 void ConductorSurface::add(const Source& source, Closure& out) const {
-  const Layer layer(source, out.shading, surface.roughness, direction);
+  const Layer layer = bounces ? Layer(source, out.shading, *bounces)
+                              : Layer(source, out.shading, surface.roughness, direction);
   layer.add(microfacet::lobe_of(surface, layer.view), microfacet::albedo(surface, layer.view), out);
 }
 

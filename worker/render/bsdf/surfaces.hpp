@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <variant>
 
 #include "common/scene/material.hpp"
@@ -21,7 +22,8 @@ struct ConductorSurface {
   }
 
   microfacet::Surface surface;
-  Vec2 direction;  ///< in which it is brushed
+  Vec2 direction;                            ///< in which it is brushed
+  std::optional<energy::BounceRow> bounces;  ///< of `surface`; if brushed or a mirror, none
 };
 
 struct DielectricSurface {

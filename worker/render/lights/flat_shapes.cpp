@@ -103,6 +103,24 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
 
 namespace {
 
+/// A lane of floats for each of several requests.
+class FloatRows {
+ public:
+  void set(std::size_t row, std::size_t lane, float value) { rows_[row][lane] = value; }
+  void set(std::size_t row, std::size_t lane, const Vec3& value) {
+    set(row, lane, value.x);
+    set(row + 1, lane, value.y);
+    set(row + 2, lane, value.z);
+  }
+  [[nodiscard]] WideDouble number(std::size_t row) const { return widened(rows_[row].data()); }
+  [[nodiscard]] Vector3<WideDouble> vector(std::size_t row) const {
+    return {number(row), number(row + 1), number(row + 2)};
+  }
+
+ private:
+  std::array<std::array<float, WideDouble::lanes>, 17> rows_;
+};
+
 /// The lights of several requests, each seen from its own point.
 struct SeenRectangles {
   using Vector = Vector3<WideDouble>;
@@ -110,31 +128,35 @@ struct SeenRectangles {
   WideDouble inverse_length_u, inverse_length_v, s, t;
 
   explicit SeenRectangles(std::span<const RectangleRequest> asked) {
+    FloatRows rows;
+    std::array<std::array<double, WideDouble::lanes>, 2> inverse_lengths;
     for (std::size_t lane = 0; lane < WideDouble::lanes; ++lane) {
       const RectangleRequest& request = asked[std::min(lane, asked.size() - 1)];
       const QuadLight& quad = *request.light;
-      set(corner, lane, to_double(quad.corner) - to_double(request.context->p));
-      set(u, lane, to_double(quad.edge_u));
-      set(v, lane, to_double(quad.edge_v));
-      set(surface, lane, to_double(request.context->n));
-      inverse_length_u.set(lane, quad.inverse_length_u);
-      inverse_length_v.set(lane, quad.inverse_length_v);
-      s.set(lane, request.u.x);
-      t.set(lane, request.u.y);
+      rows.set(0, lane, quad.corner);
+      rows.set(3, lane, request.context->p);
+      rows.set(6, lane, quad.edge_u);
+      rows.set(9, lane, quad.edge_v);
+      rows.set(12, lane, request.context->n);
+      rows.set(15, lane, request.u.x);
+      rows.set(16, lane, request.u.y);
+      inverse_lengths[0][lane] = quad.inverse_length_u;
+      inverse_lengths[1][lane] = quad.inverse_length_v;
     }
+    corner = rows.vector(0) - rows.vector(3);
+    u = rows.vector(6);
+    v = rows.vector(9);
+    surface = rows.vector(12);
+    s = rows.number(15);
+    t = rows.number(16);
+    inverse_length_u = WideDouble::load(inverse_lengths[0].data());
+    inverse_length_v = WideDouble::load(inverse_lengths[1].data());
   }
   /// As Plane::below.
   [[nodiscard]] WideDouble below() const { return dot(corner, cross(u, v)); }
   [[nodiscard]] WideDouble highest() const { return highest_of(corner, u, v, surface); }
   [[nodiscard]] BasicSphericalRectangle<WideDouble> rectangle() const {
     return {corner, u, v, inverse_length_u, inverse_length_v};
-  }
-
- private:
-  static void set(Vector& to, std::size_t lane, const Vec3d& from) {
-    to.x.set(lane, from.x);
-    to.y.set(lane, from.y);
-    to.z.set(lane, from.z);
   }
 };
 

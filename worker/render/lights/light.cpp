@@ -149,10 +149,25 @@ EmissionCone cone_of(const SunLight& sun, bool) {
   return {.axis = sun.direction, .cos_theta_o = 1, .cos_theta_e = static_cast<float>(1 - sun.cap)};
 }
 
+/// What was drawn is a sample of density `pdf`. Beyond float's range the light is a point, and this
+/// way to draw it has come to its end.
+bool is_sample(float pdf) { return pdf > 0 && std::isfinite(pdf); }
+
+/// What was drawn of a light with one radiance in all directions and an extent.
+LightSample plain_sample(const Light& light, const ShapeSample& drawn) {
+  const auto pdf = static_cast<float>(drawn.pdf);
+  if (!is_sample(pdf)) return {};
+  return {.wi = to_float(drawn.wi),
+          .distance = static_cast<float>(drawn.distance),
+          .radiance = light.radiance,
+          .pdf = pdf,
+          .instance = light.instance,
+          .primitive = light.primitive};
+}
+
 LightSample light_sample(const Light& light, const ShapeSample& drawn) {
   const auto pdf = static_cast<float>(drawn.pdf);
-  // Beyond float's range the light is a point, and this way to draw it has come to its end.
-  if (!(pdf > 0) || !std::isfinite(pdf)) return {};
+  if (!is_sample(pdf)) return {};
   const bool delta =
       std::visit([](const auto& shape) { return is_delta<std::remove_cvref_t<decltype(shape)>>; },
                  light.shape);
@@ -182,7 +197,7 @@ class WaitingRectangles {
     std::array<ShapeSample, WideDouble::lanes> drawn;
     sample_rectangles({asked_.data(), count_}, drawn);
     for (std::size_t i = 0; i < count_; ++i)
-      found_[indices_[i]] = light_sample(*lights_[i], drawn[i]);
+      found_[indices_[i]] = plain_sample(*lights_[i], drawn[i]);
     count_ = 0;
   }
 
