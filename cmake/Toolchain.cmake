@@ -27,7 +27,7 @@ target_compile_options(tessera_options INTERFACE
   -march=x86-64-v3 -ffp-contract=off)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 gathers a − b and a + b into one contracted instruction (vfmaddsub) where it makes vectors of straight lines of code,
-  # whatever -ffp-contract says. The house's test reads the worker for such instructions.
+  # whatever -ffp-contract says. tests/unit/house reads the worker for such instructions.
   target_compile_options(tessera_options INTERFACE -fno-tree-slp-vectorize)
   # g++'s flow analysis finds null dereferences inside libstdc++ and Asio that are not there; and it takes the operator delete
   # of coroutines' frames, and Asio's aligned allocation, for mismatches when it inlines them. At -O3 version 12 also sees

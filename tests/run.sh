@@ -3,7 +3,7 @@
 #   tests/run.sh            the tests, warnings being errors
 #   tests/run.sh --checks   before them: formatting, clang-tidy, ASan and UBSan over all tests, TSan over all that has threads
 #   tests/run.sh --checks=format,tidy,asan,tsan   before them: just the checks that are named
-# (That includes run one way only and that the coordinator links no Embree are tests like the others: tests/unit/house.)
+# (The house's rules, such as that includes run one way only, are tests like the others: tests/unit/house.)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

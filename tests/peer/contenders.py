@@ -20,13 +20,21 @@ def pixels_of(options):
 
 
 class Contender:
-    """times: (seconds, CPU seconds) of each render. The CPU time is of all that the program did: what a render of one sample takes, `base`,
-    is taken off it, and so what is there however many samples there are."""
-    base_rounds = 2
+    """times: (seconds, CPU seconds) of each render. What a render of one sample takes, `base`, is taken off both, and so what is there
+    however many samples there are: our seconds begin with the first task, for which a worker loads the scene; the CPU seconds are of all
+    that the program did."""
+    base_rounds = 3
 
-    def __init__(self, scene, options, samples, name):
-        self.scene, self.options, self.samples, self.name = scene, options, samples, name
+    def __init__(self, scene, options, name):
+        self.scene, self.options, self.name = scene, options, name
+        self.samples = options.samples
         self.pictures, self.times, self.base = [], [], []
+
+    def pilot(self):
+        """The seconds of one sample of all pixels, by one try."""
+        one, many = (self.render_once(samples, 0, file_of(self.options, self.scene, f"{self.name}.pilot.exr"))[0]
+                     for samples in (1, self.samples))
+        return (many - one) / (self.samples - 1)
 
     def render(self, seed):
         picture = file_of(self.options, self.scene, f"{self.name}.{seed}.exr")
@@ -37,17 +45,18 @@ class Contender:
 
     def measured(self):
         """Seconds and CPU seconds are of one sample of all pixels."""
-        seconds = statistics.fmean(time[0] for time in self.times) / self.samples
-        spent, base = (statistics.fmean(time[1] for time in times) for times in (self.times, self.base))
-        return {"samples": self.samples, "pixels": pixels_of(self.options), "seconds": seconds,
-                "cpu_seconds": (spent - base) / (self.samples - 1), "load": self.load, "memory": self.memory}
+        seconds, cpu_seconds = (
+            (statistics.fmean(time[clock] for time in self.times) - statistics.fmean(time[clock] for time in self.base)) / (self.samples - 1)
+            for clock in (0, 1))
+        return {"samples": self.samples, "pixels": pixels_of(self.options), "seconds": seconds, "cpu_seconds": cpu_seconds,
+                "load": self.load, "memory": self.memory}
 
 
 class Tessera(Contender):
     """Each render starts a coordinator and a worker, as a person's does. Memory is all three programs', the most of each."""
 
-    def __init__(self, scene, options, samples):
-        super().__init__(scene, options, samples, "ours")
+    def __init__(self, scene, options):
+        super().__init__(scene, options, "ours")
         self.file = file_of(options, scene, "glb")
         told = run([str(options.bin / "bench_load_once"), str(self.file), str(options.threads)], file_of(options, scene, "load.log"))
         self.load = sum(map(float, told.split()[:2]))
@@ -109,8 +118,8 @@ def children(process):
 class Cycles(Contender):
     """One Blender for all seeds of a scene. Its memory is the whole program's."""
 
-    def __init__(self, scene, options, samples):
-        super().__init__(scene, options, samples, "cycles")
+    def __init__(self, scene, options):
+        super().__init__(scene, options, "cycles")
         width, height = map(int, options.size.split("x"))
         job = {"scene": str(file_of(options, scene, "glb")), "width": width, "height": height, "bounces": options.bounces,
                "threads": options.threads}

@@ -16,8 +16,7 @@ def parsed():
     parser.add_argument("folder", type=pathlib.Path, help="takes scenes, pictures, and what was measured")
     parser.add_argument("--bin", type=pathlib.Path, required=True, help="the folder of tessera, peer_errors and bench_load_once")
     parser.add_argument("--size", default="256x192")
-    parser.add_argument("--samples", type=int, default=16, help="a pixel, of Cycles")
-    parser.add_argument("--times", type=int, default=4, help="as many samples here: what makes the times about equal")
+    parser.add_argument("--samples", type=int, default=32, help="a pixel, of Cycles; here as many as take as long")
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--bounces", type=int, default=12)
     parser.add_argument("--threads", type=int, default=os.cpu_count())
@@ -36,7 +35,9 @@ def write_scenes(folder):
 
 def fight(scene, options):
     """Renders by turns; what both took, and how far their pictures are off."""
-    both = [Tessera(scene, options, options.samples * options.times), Cycles(scene, options, options.samples)]
+    both = [Tessera(scene, options), Cycles(scene, options)]
+    ours, theirs = (renderer.pilot() for renderer in both)
+    both[0].samples = max(2, round(options.samples * theirs / ours))
     for seed in range(1, options.seeds + 1):
         for renderer in both:
             renderer.render(seed)
@@ -49,7 +50,7 @@ def fight(scene, options):
         out[key].update(renderer.measured())
     ours, theirs = out["first"], out["second"]
     out["faster"] = {clock: theirs[clock] / ours[clock] for clock in ("seconds", "cpu_seconds")}
-    # Error falls as one over the samples, or faster where they are not independent: at nearly equal times it matters little.
+    # Error falls as one over the samples, or faster where they are not independent: at nearly equal times that matters little.
     out["to_equal_error"] = {
         f"{error} {clock}": ours[error] * ours[clock] * ours["samples"] / (theirs[error] * theirs[clock] * theirs["samples"])
         for error in ("relative", "trimmed") for clock in ("seconds", "cpu_seconds")}
@@ -57,9 +58,9 @@ def fight(scene, options):
     return out
 
 
-HEAD = """| Scene | Mean over Cycles', R / G / B | Pixels, blocks beyond {level:.1%} | Samples/s, million: ours, Cycles | Ratio | … of CPU time \
+HEAD = """| Scene | Mean over Cycles', R / G / B | Pixels, blocks beyond {level:.1%} | Samples: ours, Cycles | … a second, million | Ratio | … of CPU time \
 | relMSE, in a second: ours, Cycles | Trimmed | Time to equal error | … trimmed | … by CPU time, … trimmed | To load, s: ours, Cycles | Memory, MiB |
-|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"""
 
 
 def row(found):
@@ -69,7 +70,7 @@ def row(found):
     rates = [1e-6 * side["pixels"] / side["seconds"] for side in (ours, theirs)]
     errors = {key: [side[key] * side["seconds"] * side["samples"] for side in (ours, theirs)] for key in ("relative", "trimmed")}
     cells = [found["scene"]["about"], means, f"{found['beyond_pixels']:.2%}, {found['beyond_blocks']:.2%}",
-             f"{rates[0]:.2f}, {rates[1]:.2f}", f"{found['faster']['seconds']:.2f}", f"{found['faster']['cpu_seconds']:.2f}",
+             f"{ours['samples']}, {theirs['samples']}", f"{rates[0]:.2f}, {rates[1]:.2f}", f"{found['faster']['seconds']:.2f}", f"{found['faster']['cpu_seconds']:.2f}",
              *(f"{a:.3g}, {b:.3g}" for a, b in errors.values()),
              f"{ratios['relative seconds']:.2f}", f"{ratios['trimmed seconds']:.2f}",
              f"{ratios['relative cpu_seconds']:.2f}, {ratios['trimmed cpu_seconds']:.2f}",

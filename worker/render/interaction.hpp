@@ -66,7 +66,7 @@ inline void prefetch_corners(const Geometry& geometry, std::uint32_t face) {
   }
 }
 
-/// Reads a part of each thing that surface_at() will read, and drops it. What was asked for may
+/// Reads a part of what surface_at() will read of most hits, and drops it. What was asked for may
 /// have been pushed out again by what rays met since. Called for many hits one after the other it
 /// waits for all of them at once; surface_at() and what follows it are too long for that.
 inline void await_surface(const Geometry& geometry, std::uint32_t face) {

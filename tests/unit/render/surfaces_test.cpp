@@ -56,9 +56,11 @@ TEST(Surfaces, LayersMadeOnceAreThoseMadeAtAHit) {
   };
   scene::Principled once = all_lobes();
   once.base_color.factor = {0.7, 0.4, 0.2};
-  for (const double metal : {0.0, 0.4, 1.0}) {
+  for (const auto& [metal, brushed] :
+       {std::pair{0.0, 0.5}, {0.4, 0.5}, {1.0, 0.5}, {0.0, 0.0}, {0.4, 0.0}, {1.0, 0.0}}) {
     for (const bool thin : {true, false}) {
       once.metallic.factor = metal;
+      once.anisotropy.factor = brushed;
       once.thin_walled = thin;
       scene::Principled at_hit = once;
       at_hit.base_color.texture = scene::TextureUse{};
@@ -67,10 +69,31 @@ TEST(Surfaces, LayersMadeOnceAreThoseMadeAtAHit) {
         const Closure a = seen(once, wo), b = seen(at_hit, wo);
         ASSERT_EQ(a.count, b.count);
         for (const Vec3& wi : {from_angles(0.6F, 2), from_angles(-0.6F, 4)}) {
-          EXPECT_EQ(eval(a, wo, wi), eval(b, wo, wi)) << metal << thin << cosine;
-          EXPECT_EQ(pdf(a, wo, wi), pdf(b, wo, wi)) << metal << thin << cosine;
+          EXPECT_EQ(eval(a, wo, wi), eval(b, wo, wi)) << metal << brushed << thin << cosine;
+          EXPECT_EQ(pdf(a, wo, wi), pdf(b, wo, wi)) << metal << brushed << thin << cosine;
         }
       }
+    }
+  }
+}
+
+TEST(Surfaces, AConductorsBouncesMadeOnceAreThoseMadeAtAHit) {
+  scene::Conductor gold;
+  for (const double roughness : {0.05, 0.3, 1.0}) {
+    gold.roughness = roughness;
+    const auto alpha = static_cast<float>(roughness) * static_cast<float>(roughness);
+    const ggx::Roughness rough{alpha, alpha};
+    const microfacet::Surface surface =
+        microfacet::surface_of(conductor_reflectance(to_color(gold.eta), to_color(gold.k)), rough);
+    for (const float cosine : {1.0F, 0.6F, 0.05F, -0.4F}) {
+      const Vec3 wo = from_angles(cosine, 1);
+      const Closure closure = closure_at(of(gold), wo);
+      const microfacet::View view =
+          microfacet::view_of(rough, {.cosine = std::min(1.0F, std::abs(wo.z))});
+      ASSERT_EQ(closure.count, 1);
+      EXPECT_EQ(closure.lobes[0].multiple, microfacet::lobe_of(surface, view).multiple);
+      EXPECT_EQ(closure.lobes[0].multiple_share, microfacet::lobe_of(surface, view).multiple_share);
+      EXPECT_EQ(closure.pick[0], max_component(microfacet::albedo(surface, view)));
     }
   }
 }

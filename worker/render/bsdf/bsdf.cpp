@@ -115,32 +115,33 @@ Choice choose(const Closure& closure, float u) {
           .u = std::min(rest / pick, one_minus_epsilon)};
 }
 
-/// How the value and density of a direction that is drawn are found.
-struct Drawn {
-  enum class Weighed : std::uint8_t {
-    already,  ///< they are: a delta, or a lobe alone that weighs what it draws
-    by_lobe,  ///< a microfacet alone, by directions in its own frame
-    by_all    ///< by all lobes, each in its frame
+/// How the value and density of a direction that is drawn are to be found.
+struct Weighing {
+  enum class By : std::uint8_t {
+    nobody,  ///< a delta, or a lobe alone that weighs what it draws; or nothing was drawn
+    lobe,    ///< a microfacet alone, by directions in its own frame
+    all      ///< by all lobes, each in its frame
   };
 
-  Weighed weighed = Weighed::already;
+  By by = By::nobody;
   const Lobe* lobe = nullptr;
   Vec3 wo, wi;  ///< in the lobe's frame
 };
 
-void weigh(const Scattering& all, BsdfSample& drawn) {
+void weigh(const Scattering& all, BsdfSample& sample) {
   if (all.pdf > 0) {
-    drawn.pdf = all.pdf;
-    drawn.weight = all.value / all.pdf;
+    sample.pdf = all.pdf;
+    sample.weight = all.value / all.pdf;
   } else {
-    drawn = {.kind = drawn.kind};
+    sample = {.kind = sample.kind};
   }
 }
 
-Drawn draw(const BsdfRequest& request, BsdfSample& sample) {
+/// Writes all of `sample`, but for what is still to be weighed.
+Weighing draw(const BsdfRequest& request, BsdfSample& sample) {
   const Closure& closure = *request.closure;
   sample = {};
-  Drawn out;
+  Weighing out;
   if (closure.count == 0) return out;
   const Choice choice = choose(closure, request.u_lobe);
   const Lobe& lobe = closure.lobes[index_of(choice.lobe)];
@@ -161,12 +162,12 @@ Drawn draw(const BsdfRequest& request, BsdfSample& sample) {
   sample.transmission = drawn.transmission;
   sample.eta = drawn.eta;
   if (closure.count == 1) {
-    if (is_microfacet(lobe)) out.weighed = Drawn::Weighed::by_lobe;
+    if (is_microfacet(lobe)) out.by = Weighing::By::lobe;
   } else if (sample.specular) {
     sample.pdf *= choice.probability;
     sample.weight = drawn.weight / choice.probability;
   } else {
-    out.weighed = Drawn::Weighed::by_all;
+    out.by = Weighing::By::all;
   }
   return out;
 }
@@ -175,10 +176,10 @@ Drawn draw(const BsdfRequest& request, BsdfSample& sample) {
 
 BsdfSample sample(const Closure& closure, const Vec3& wo, float u_lobe, Vec2 u) {
   BsdfSample out;
-  const Drawn drawn = draw({&closure, wo, u_lobe, u}, out);
-  if (drawn.weighed == Drawn::Weighed::by_lobe)
-    weigh(scattering_lobe(*drawn.lobe, drawn.wo, drawn.wi), out);
-  else if (drawn.weighed == Drawn::Weighed::by_all)
+  const Weighing still = draw({&closure, wo, u_lobe, u}, out);
+  if (still.by == Weighing::By::lobe)
+    weigh(scattering_lobe(*still.lobe, still.wo, still.wi), out);
+  else if (still.by == Weighing::By::all)
     weigh(scattering_of(closure, Pair(closure, wo, out.wi)), out);
   return out;
 }
@@ -241,10 +242,10 @@ void BsdfBatch::scattering(std::span<const ScatteringRequest> asked, std::span<S
 void BsdfBatch::sample(std::span<const BsdfRequest> asked, std::span<BsdfSample> found) {
   assert(asked.size() <= samples_at_once && asked.size() <= found.size());
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    const Drawn drawn = draw(asked[i], found[i]);
-    if (drawn.weighed == Drawn::Weighed::already) continue;
-    if (drawn.weighed == Drawn::Weighed::by_lobe)
-      microfacets_.add(*drawn.lobe, drawn.wo, drawn.wi, weights_[i]);
+    const Weighing still = draw(asked[i], found[i]);
+    if (still.by == Weighing::By::nobody) continue;
+    if (still.by == Weighing::By::lobe)
+      microfacets_.add(*still.lobe, still.wo, still.wi, weights_[i]);
     else
       add({asked[i].closure, asked[i].wo, found[i].wi}, weights_[i]);
     waiting_[waiting_count_++] = i;

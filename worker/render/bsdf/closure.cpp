@@ -50,8 +50,11 @@ Color albedo(const Closure& closure) {
       case LobeKind::eon:
         sum += lobe.weight * lobe.tint;
         break;
-      default:
+      case LobeKind::diffuse:
+      case LobeKind::microfacet:
+      case LobeKind::microfacet_through:
         sum += lobe.weight;
+        break;
     }
   }
   return {std::clamp(sum.r, 0.0F, 1.0F), std::clamp(sum.g, 0.0F, 1.0F),

@@ -32,12 +32,12 @@ Bounce computed_bounce(float cosine, float alpha) {
 }
 
 struct Reflection {
-  static constexpr int side = reflection_side;
-  Table<side> albedo, schlick;
-  Means<side> mean;
+  Table<reflection_side> albedo, schlick;
+  Means<reflection_side> mean;
 
   Reflection() {
     const FlushDenormals mode;
+    constexpr int side = reflection_side;
     for (int j = 0; j < side; ++j) {
       const float alpha = unwarp_alpha(coordinate(j, side));
       for (int i = 0; i < side; ++i) {
@@ -145,13 +145,13 @@ WideFloat reflection(const WideFloat& cosine, const WideFloat& alpha) {
   return reflection_of(cosine, alpha);
 }
 Bounce bounce(float cosine, float alpha) {
-  using Place = Table<Reflection::side>::Place<float>;
   const Reflection& tables = reflection_tables();
-  const Place y(warp_alpha(alpha));
-  return {tables.albedo.at(Place(warp_cosine(cosine, std::max(alpha, alpha_least))), y),
-          tables.schlick.at(Place(std::sqrt(std::min(cosine, 1.0F))), y)};
+  const BouncePlaces x(cosine, std::max(alpha, alpha_least));
+  const Table<reflection_side>::Place<float> y(warp_alpha(alpha));
+  return {tables.albedo.at(x.albedo, y), tables.schlick.at(x.schlick, y)};
 }
 BounceRow::BounceRow(float alpha) : alpha_(std::max(alpha, alpha_least)) {
+  const FlushDenormals mode;
   const Reflection& tables = reflection_tables();
   const Place y(warp_alpha(alpha));
   const auto fill = [&](const Table<reflection_side>& table, Values& row) {

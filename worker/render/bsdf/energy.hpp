@@ -87,13 +87,19 @@ struct Bounce {
 Bounce bounce(float cosine, float alpha);
 /// The tables' points along each axis.
 inline constexpr int reflection_side = 32;
+/// Where the two numbers of a bounce stand along the axis of the direction; α at least alpha_least.
+struct BouncePlaces {
+  Table<reflection_side>::Place<float> albedo, schlick;
+  BouncePlaces(float cosine, float alpha)
+      : albedo(warp_cosine(cosine, alpha)), schlick(square_root(lesser(cosine, 1.0F))) {}
+};
 /// bounce() at one α, in less time, with its bits.
 class BounceRow {
  public:
   explicit BounceRow(float alpha);
   [[nodiscard]] Bounce at(float cosine) const {
-    return {value(albedo_, Place(warp_cosine(cosine, alpha_))),
-            value(schlick_, Place(square_root(lesser(cosine, 1.0F))))};
+    const BouncePlaces at(cosine, alpha_);
+    return {value(albedo_, at.albedo), value(schlick_, at.schlick)};
   }
 
  private:

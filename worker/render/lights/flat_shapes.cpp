@@ -103,9 +103,11 @@ ShapeSample sample_shape(const QuadLight& light, bool two_sided, const LightCont
 
 namespace {
 
-/// A lane of floats for each of several requests.
+/// A lane of floats for each of several requests; a vector's three rows stand together.
 class FloatRows {
  public:
+  enum Row : std::size_t { corner, place = 3, u = 6, v = 9, surface = 12, s = 15, t, row_count };
+
   void set(std::size_t row, std::size_t lane, float value) { rows_[row][lane] = value; }
   void set(std::size_t row, std::size_t lane, const Vec3& value) {
     set(row, lane, value.x);
@@ -118,7 +120,7 @@ class FloatRows {
   }
 
  private:
-  std::array<std::array<float, WideDouble::lanes>, 17> rows_;
+  std::array<std::array<float, WideDouble::lanes>, row_count> rows_;
 };
 
 /// The lights of several requests, each seen from its own point.
@@ -133,22 +135,22 @@ struct SeenRectangles {
     for (std::size_t lane = 0; lane < WideDouble::lanes; ++lane) {
       const RectangleRequest& request = asked[std::min(lane, asked.size() - 1)];
       const QuadLight& quad = *request.light;
-      rows.set(0, lane, quad.corner);
-      rows.set(3, lane, request.context->p);
-      rows.set(6, lane, quad.edge_u);
-      rows.set(9, lane, quad.edge_v);
-      rows.set(12, lane, request.context->n);
-      rows.set(15, lane, request.u.x);
-      rows.set(16, lane, request.u.y);
+      rows.set(FloatRows::corner, lane, quad.corner);
+      rows.set(FloatRows::place, lane, request.context->p);
+      rows.set(FloatRows::u, lane, quad.edge_u);
+      rows.set(FloatRows::v, lane, quad.edge_v);
+      rows.set(FloatRows::surface, lane, request.context->n);
+      rows.set(FloatRows::s, lane, request.u.x);
+      rows.set(FloatRows::t, lane, request.u.y);
       inverse_lengths[0][lane] = quad.inverse_length_u;
       inverse_lengths[1][lane] = quad.inverse_length_v;
     }
-    corner = rows.vector(0) - rows.vector(3);
-    u = rows.vector(6);
-    v = rows.vector(9);
-    surface = rows.vector(12);
-    s = rows.number(15);
-    t = rows.number(16);
+    corner = rows.vector(FloatRows::corner) - rows.vector(FloatRows::place);
+    u = rows.vector(FloatRows::u);
+    v = rows.vector(FloatRows::v);
+    surface = rows.vector(FloatRows::surface);
+    s = rows.number(FloatRows::s);
+    t = rows.number(FloatRows::t);
     inverse_length_u = WideDouble::load(inverse_lengths[0].data());
     inverse_length_v = WideDouble::load(inverse_lengths[1].data());
   }

@@ -149,14 +149,11 @@ EmissionCone cone_of(const SunLight& sun, bool) {
   return {.axis = sun.direction, .cos_theta_o = 1, .cos_theta_e = static_cast<float>(1 - sun.cap)};
 }
 
-/// What was drawn is a sample of density `pdf`. Beyond float's range the light is a point, and this
-/// way to draw it has come to its end.
-bool is_sample(float pdf) { return pdf > 0 && std::isfinite(pdf); }
-
 /// What was drawn of a light with one radiance in all directions and an extent.
 LightSample plain_sample(const Light& light, const ShapeSample& drawn) {
   const auto pdf = static_cast<float>(drawn.pdf);
-  if (!is_sample(pdf)) return {};
+  // Beyond float's range the light is a point, and this way to draw it has come to its end.
+  if (!(pdf > 0) || !std::isfinite(pdf)) return {};
   return {.wi = to_float(drawn.wi),
           .distance = static_cast<float>(drawn.distance),
           .radiance = light.radiance,
@@ -166,19 +163,17 @@ LightSample plain_sample(const Light& light, const ShapeSample& drawn) {
 }
 
 LightSample light_sample(const Light& light, const ShapeSample& drawn) {
-  const auto pdf = static_cast<float>(drawn.pdf);
-  if (!is_sample(pdf)) return {};
-  const bool delta =
+  LightSample out = plain_sample(light, drawn);
+  if (!out) return out;
+  out.delta =
       std::visit([](const auto& shape) { return is_delta<std::remove_cvref_t<decltype(shape)>>; },
                  light.shape);
-  return {.wi = to_float(drawn.wi),
-          .distance = static_cast<float>(drawn.distance),
-          .radiance = delta ? light.radiance * static_cast<float>(drawn.scale)
-                            : light.radiance * share_along(light, drawn.wi),
-          .pdf = pdf,
-          .delta = delta,
-          .instance = light.instance,
-          .primitive = light.primitive};
+  if (out.delta) {
+    out.radiance *= static_cast<float>(drawn.scale);
+  } else {
+    out.radiance *= share_along(light, drawn.wi);
+  }
+  return out;
 }
 
 /// Rectangles that wait until there are enough of them to go side by side.
