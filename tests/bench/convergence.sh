@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Error against samples, Owen-scrambled Sobol' beside independent numbers: convergence.sh [SCENE.json …], else the ready scenes. Prints a
-# Markdown table: relMSE by samples, and the slope of log RMSE over log samples by least squares; -1/2 is plain Monte Carlo's.
-# Counts, not times: a busy machine does not change them.
+# Markdown table: relMSE by samples, and the slope of log RMSE over log samples by least squares; -1/2 is plain Monte Carlo's. Draws the
+# same to build/convergence/convergence.png where gnuplot is there. Counts, not times: a busy machine does not change them.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 cmake -G Ninja -S . -B build/bench -DCMAKE_BUILD_TYPE=Release -DTESSERA_TESTS=ON >/dev/null
@@ -10,7 +10,12 @@ bin=build/bench/bin
 out=build/convergence
 counts=4,16,64,256
 mkdir -p "$out"
-[ $# -gt 0 ] || set -- scenes/{cornell,cornell-glass,veach-mis,material-lineup,interior,bokeh,panorama,caustics}.json
+if [ $# -eq 0 ]; then
+  cmake --build build/bench --target tessera-scenes -- --quiet
+  "$bin/tessera-scenes" lake "$out/lake" >/dev/null
+  set -- scenes/{cornell,cornell-glass,veach-mis,material-lineup,interior,bokeh,panorama,caustics}.json "$out/lake/lake.json"
+fi
+: >"$out/points.tsv"
 
 printf '| Scene | Numbers | relMSE with %s samples | Slope of RMSE |\n|---|---|---|---|\n' "${counts//,/ · }"
 for scene in "$@"; do
@@ -25,9 +30,10 @@ for scene in "$@"; do
   wedge tried --vary sampler=independent,sobol_owen --vary samples=$counts --vary seed=1,2,3,4
   "$bin/tessera-statistics" errors "$out/$name"/tried/*.exr --reference "$out/$name"/truth/*.exr >"$out/$name.tsv"
   # Columns are found by their names.
-  { head -n 1 "$out/$name.tsv" && tail -n +2 "$out/$name.tsv" | sort -t $'\t' -k5,5n; } | awk -F '\t' -v scene="$name" '
+  { head -n 1 "$out/$name.tsv" && tail -n +2 "$out/$name.tsv" | sort -t $'\t' -k5,5n; } | awk -F '\t' -v scene="$name" -v points="$out/points.tsv" '
     /^#/ { sub(/^#/, ""); for (i = 1; i <= NF; i++) column[$i] = i; next }
     { sampler = $column["sampler"]; error = $column["relmse"]
+      print scene "\t" sampler "\t" $column["samples"] "\t" error >>points
       x = log($column["samples"]); y = log(error) / 2
       n[sampler]++; sx[sampler] += x; sy[sampler] += y; sxx[sampler] += x * x; sxy[sampler] += x * y
       cells[sampler] = cells[sampler] (n[sampler] > 1 ? " · " : "") sprintf("%.2g", error) }
@@ -38,3 +44,4 @@ for scene in "$@"; do
       }
     }' | sort
 done
+if command -v gnuplot >/dev/null; then gnuplot -e "folder='$out'" tests/bench/convergence.gp; fi

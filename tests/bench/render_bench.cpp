@@ -314,8 +314,40 @@ void measure(const std::string& name, scene::Scene&& description, Measured what)
 
 }  // namespace
 
-/// bench_render [NAME ... | MILLION.json]: all scenes; or those named of cornell, million (matte
-/// materials) and million_principled, their shares alone; or a file in place of the last two.
+namespace {
+
+struct Named {
+  const char* name;
+  scene::Scene (*make)();
+};
+const Named known[] = {
+    {"cornell",
+     [] {
+       const char* source = std::getenv("TESSERA_SOURCE_DIR");
+       const std::filesystem::path root = source != nullptr ? source : ".";
+       return scene::load_scene(root / "scenes/cornell.json").scene;
+     }},
+    {"million", [] { return million(matte()); }},
+    {"million_principled", [] { return million(principled()); }},
+};
+
+/// A name of `known`, or a scene's file.
+void measure_one(const std::string& name) {
+  for (const Named& one : known)
+    if (name == one.name) return measure(name, one.make(), Measured::share);
+  const std::filesystem::path file = name;
+  if (!file.has_extension())
+    throw Error(ErrorKind::bad_input,
+                fmt::format("no scene \"{}\": expected cornell, million, million_principled, or "
+                            "a scene's file",
+                            name));
+  measure(file.stem().string(), scene::load_scene(file).scene, Measured::share);
+}
+
+}  // namespace
+
+/// bench_render [NAME | FILE ...]: all scenes; or the shares alone of those that are named, of
+/// cornell, million (matte materials) and million_principled, and of files.
 int main(int argc, char** argv) {
   try {
     const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);
@@ -325,30 +357,9 @@ int main(int argc, char** argv) {
     action.sa_sigaction = on_tick;
     action.sa_flags = SA_SIGINFO | SA_RESTART;
     sigaction(SIGPROF, &action, nullptr);
-    const char* source = std::getenv("TESSERA_SOURCE_DIR");
-    const std::filesystem::path root = source != nullptr ? source : ".";
-    const std::vector<std::string> names(argv + 1, argv + argc);
-    const bool file = names.size() == 1 && names[0].ends_with(".json");
-    const Measured what = names.empty() || file ? Measured::all : Measured::share;
-    for (const std::string& name : names) {
-      if (!file && name != "cornell" && name != "million" && name != "million_principled")
-        throw Error(
-            ErrorKind::bad_input,
-            fmt::format("no scene \"{}\": expected cornell, million, million_principled, or "
-                        "one file .json",
-                        name));
-    }
-    const auto wanted = [&](const std::string& name) {
-      return names.empty() || std::find(names.begin(), names.end(), name) != names.end();
-    };
-    if (wanted("cornell"))
-      measure("cornell", scene::load_scene(root / "scenes/cornell.json").scene, what);
-    if (file) {
-      measure("million", scene::load_scene(std::filesystem::path(names[0])).scene, what);
-      return 0;
-    }
-    if (wanted("million")) measure("million", million(matte()), what);
-    if (wanted("million_principled")) measure("million_principled", million(principled()), what);
+    for (int i = 1; i < argc; ++i) measure_one(argv[i]);
+    if (argc > 1) return 0;
+    for (const Named& one : known) measure(one.name, one.make(), Measured::all);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
