@@ -105,6 +105,29 @@ TEST_P(EnvironmentWays, samples_follow_their_density) {
   EXPECT_EQ(test::chi2_test(test), "");
 }
 
+TEST(EnvironmentMap, samples_at_the_edges_of_cells_have_the_density_of_their_directions) {
+  // Of a picture of stripes every other edge stands at a number that is drawn, between a dark cell
+  // and a bright one.
+  constexpr int width = 64, height = 32;
+  std::vector<float> stripes;
+  for (int i = 0; i < width * height; ++i) stripes.push_back(i % 2 == 0 ? 1.0F : 3.0F);
+  const EnvironmentMap striped = map_of(width, height, stripes), uneven = sky(width, height);
+  test::Random random(8);
+  for (const EnvironmentMap* map : {&striped, &uneven}) {
+    for (int i = 0; i <= width; ++i) {
+      const float x = std::min(static_cast<float>(i) / width, one_minus_epsilon);
+      for (int j = 0; j < 50; ++j) {
+        const Vec2 u{x, random.next()};
+        const EnvironmentMap::Drawn all = map->sample_all(u), drawn = map->sample(u);
+        ASSERT_NEAR(map->pdf_all(all.direction), all.pdf, 1e-9 * all.pdf) << x << ' ' << u.y;
+        ASSERT_NEAR(map->pdf(drawn.direction), drawn.pdf, 1e-9 * drawn.pdf) << x << ' ' << u.y;
+        const float seen = luminance(map->radiance(drawn.direction));
+        ASSERT_NEAR(luminance(drawn.radiance), seen, 1e-4F * seen) << x << ' ' << u.y;
+      }
+    }
+  }
+}
+
 TEST(EnvironmentMap, is_never_bright_where_it_is_never_sampled) {
   for (const auto& [width, height] : {std::pair{16, 8}, {2500, 1300}, {4100, 3}}) {
     const EnvironmentMap map = sky(width, height);

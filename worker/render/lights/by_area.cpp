@@ -89,7 +89,7 @@ LightSample sample_by_area(const Light& light, const LightContext& context, Vec2
   if (environment != nullptr && environment->map != nullptr) {
     const EnvironmentMap::Drawn drawn = environment->map->sample_all(u);
     return {.wi = to_float(drawn.direction),
-            .radiance = light.radiance * environment->map->radiance(drawn.direction),
+            .radiance = light.radiance * drawn.radiance,
             .pdf = static_cast<float>(drawn.pdf)};
   }
   return sample(light, context, u);

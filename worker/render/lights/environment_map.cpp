@@ -19,6 +19,9 @@ std::size_t cell_at(int index, int cells, int size, int more = 0) {
   return static_cast<std::size_t>((std::int64_t{index} * cells + more) / size);
 }
 
+/// Per solid angle, of a density over the picture, where sin θ is `sine`.
+double pdf_of(double density, double sine) { return density / (2 * pi_d * pi_d * sine); }
+
 Color color_of(const Texel& texel) { return {texel[0], texel[1], texel[2]}; }
 
 }  // namespace
@@ -92,8 +95,11 @@ CellDensity::Point EnvironmentMap::point_of(const Vec3d& d) const {
 }
 
 Color EnvironmentMap::radiance(const Vec3d& direction) const {
+  return radiance_at(point_of(direction));
+}
+
+Color EnvironmentMap::radiance_at(const CellDensity::Point& point) const {
   const Pyramid::Level& level = picture_.level(0);
-  const CellDensity::Point point = point_of(direction);
   const double x = point.x * level.width - 0.5, y = point.y * level.height - 0.5;
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   const auto share_x = static_cast<float>(x - left), share_y = static_cast<float>(y - top);
@@ -114,7 +120,7 @@ double EnvironmentMap::pdf_all(const Vec3d& direction) const { return pdf_by(pla
 double EnvironmentMap::pdf_by(const CellDensity& cells, const Vec3d& direction) const {
   const double sine = std::sqrt(direction.x * direction.x + direction.z * direction.z);
   if (!(sine > 0)) return 0;
-  return cells.density(point_of(direction)) / (2 * pi_d * pi_d * sine);
+  return pdf_of(cells.density(point_of(direction)), sine);
 }
 
 EnvironmentMap::Drawn EnvironmentMap::sample(Vec2 u) const { return sample_by(compensated_, u); }
@@ -123,11 +129,13 @@ EnvironmentMap::Drawn EnvironmentMap::sample_all(Vec2 u) const { return sample_b
 
 EnvironmentMap::Drawn EnvironmentMap::sample_by(const CellDensity& cells, Vec2 u) const {
   if (!(luminance(mean_) > 0)) return {};
-  const CellDensity::Point at = cells.sample(u);
+  const auto [at, density] = cells.sample(u);
   const auto [sine, cosine] = fast::sincos(pi_d * at.y);
+  if (!(sine > 0)) return {};
   const auto [sin_around, cos_around] = fast::sincos(2 * pi_d * (0.5 - (at.x - turn_)));
-  const Vec3d direction{sine * cos_around, cosine, -sine * sin_around};
-  return {direction, pdf_by(cells, direction)};
+  return {.direction = {sine * cos_around, cosine, -sine * sin_around},
+          .radiance = radiance_at(at),
+          .pdf = pdf_of(density, sine)};
 }
 
 }  // namespace tessera::render

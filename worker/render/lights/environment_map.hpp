@@ -19,6 +19,7 @@ class EnvironmentMap {
 
   struct Drawn {
     Vec3d direction;
+    Color radiance;  ///< along it
     double pdf = 0;  ///< per solid angle
   };
   /// Drawn by how much brighter than the mean it is there: what is left, directions drawn from
@@ -38,6 +39,7 @@ class EnvironmentMap {
   [[nodiscard]] const Color& mean() const { return mean_; }
 
  private:
+  [[nodiscard]] Color radiance_at(const CellDensity::Point& point) const;
   /// A place of the picture, 0 ≤ x, y ≤ 1.
   [[nodiscard]] CellDensity::Point point_of(const Vec3d& direction) const;
   [[nodiscard]] double pdf_by(const CellDensity& cells, const Vec3d& direction) const;

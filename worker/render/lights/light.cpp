@@ -149,31 +149,17 @@ EmissionCone cone_of(const SunLight& sun, bool) {
   return {.axis = sun.direction, .cos_theta_o = 1, .cos_theta_e = static_cast<float>(1 - sun.cap)};
 }
 
-/// What was drawn of a light with one radiance in all directions and an extent.
-LightSample plain_sample(const Light& light, const ShapeSample& drawn) {
+LightSample light_sample(const Light& light, const ShapeSample& drawn, bool delta) {
   const auto pdf = static_cast<float>(drawn.pdf);
   // Beyond float's range the light is a point, and this way to draw it has come to its end.
   if (!(pdf > 0) || !std::isfinite(pdf)) return {};
   return {.wi = to_float(drawn.wi),
           .distance = static_cast<float>(drawn.distance),
-          .radiance = light.radiance,
+          .radiance = light.radiance * drawn.share,
           .pdf = pdf,
+          .delta = delta,
           .instance = light.instance,
           .primitive = light.primitive};
-}
-
-LightSample light_sample(const Light& light, const ShapeSample& drawn) {
-  LightSample out = plain_sample(light, drawn);
-  if (!out) return out;
-  out.delta =
-      std::visit([](const auto& shape) { return is_delta<std::remove_cvref_t<decltype(shape)>>; },
-                 light.shape);
-  if (out.delta) {
-    out.radiance *= static_cast<float>(drawn.scale);
-  } else {
-    out.radiance *= share_along(light, drawn.wi);
-  }
-  return out;
 }
 
 /// Rectangles that wait until there are enough of them to go side by side.
@@ -192,7 +178,7 @@ class WaitingRectangles {
     std::array<ShapeSample, WideDouble::lanes> drawn;
     sample_rectangles({asked_.data(), count_}, drawn);
     for (std::size_t i = 0; i < count_; ++i)
-      found_[indices_[i]] = plain_sample(*lights_[i], drawn[i]);
+      found_[indices_[i]] = light_sample(*lights_[i], drawn[i], false);
     count_ = 0;
   }
 
@@ -207,11 +193,12 @@ class WaitingRectangles {
 }  // namespace
 
 LightSample sample(const Light& light, const LightContext& context, Vec2 u) {
-  return light_sample(light, std::visit(
-                                 [&](const auto& shape) {
-                                   return sample_shape(shape, light.two_sided, context, u);
-                                 },
-                                 light.shape));
+  return std::visit(
+      [&](const auto& shape) {
+        return light_sample(light, sample_shape(shape, light.two_sided, context, u),
+                            is_delta<std::remove_cvref_t<decltype(shape)>>);
+      },
+      light.shape);
 }
 
 void sample(std::span<const LightDraw> asked, std::span<LightSample> found) {

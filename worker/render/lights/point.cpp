@@ -10,7 +10,10 @@ ShapeSample sample_shape(const PointLight& point, bool /*two_sided*/, const Ligh
   const double square = length_squared(offset);
   if (!(square > 0)) return {};
   const double distance = std::sqrt(square);
-  return {.wi = offset / distance, .distance = distance, .pdf = 1, .scale = 1 / square};
+  return {.wi = offset / distance,
+          .distance = distance,
+          .pdf = 1,
+          .share = gray(static_cast<float>(1 / square))};
 }
 
 }  // namespace tessera::render

@@ -94,7 +94,7 @@ ShapeSample sample_shape(const EnvironmentLight& environment, bool /*two_sided*/
   const double far = std::numeric_limits<double>::infinity();
   if (environment.map != nullptr) {
     const EnvironmentMap::Drawn drawn = environment.map->sample(u);
-    return {.wi = drawn.direction, .distance = far, .pdf = drawn.pdf};
+    return {.wi = drawn.direction, .distance = far, .pdf = drawn.pdf, .share = drawn.radiance};
   }
   if (context.n == Vec3{}) {
     return {.wi = to_double(square_to_sphere(u)),

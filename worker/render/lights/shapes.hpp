@@ -13,8 +13,8 @@ namespace tessera::render {
 struct ShapeSample {
   Vec3d wi;  ///< unit
   double distance = 0;
-  double pdf = 0;    ///< per solid angle
-  double scale = 1;  ///< of the light's radiance in this direction
+  double pdf = 0;         ///< per solid angle
+  Color share = gray(1);  ///< of the light's radiance that comes this way
 };
 
 // `two_sided`: directions towards the back are wanted too. The pdf functions want the same, and wi

@@ -17,7 +17,10 @@ ShapeSample sample_shape(const SpotLight& spot, bool /*two_sided*/, const LightC
   const double cosine = -dot(wi, to_double(spot.axis));
   if (!(cosine > outer)) return {};
   const double part = cosine >= inner ? 1 : (cosine - outer) / (inner - outer);
-  return {.wi = wi, .distance = distance, .pdf = 1, .scale = part * part / square};
+  return {.wi = wi,
+          .distance = distance,
+          .pdf = 1,
+          .share = gray(static_cast<float>(part * part / square))};
 }
 
 }  // namespace tessera::render
