@@ -2,7 +2,7 @@
 # What a scene costs before its first ray, here and in Blender: tessera-scenes' pottery read, its pictures decoded, its hierarchy built, by turns
 # with Blender's import of the same file and Cycles' synchronization. The least of several rounds, from the page cache; starting up is left out.
 #   tests/peer/load.sh [--bin FOLDER] [--rounds N] [--threads N]
-# --bin: programs that are built already; else a release is built in build/bench. tests/peer/run.sh --install gets Blender.
+# --bin: programs that are built already; else a release is built in build/bench. tests/peer/run.sh gets Blender.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 

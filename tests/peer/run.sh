@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
 # Renders scenes that others made, and that Debian's Blender writes, here and in Cycles, and compares the pictures: README.md.
-#   tests/peer/run.sh [--install] [--bin FOLDER] [pairs.py's options: --samples N, --size WxH, --threads N, --only NAME …]
-#   tests/peer/run.sh --duel [--install] [--bin FOLDER] [duel.py's options: those, --seeds N, …]: speed and noise, from many seeds
-# --install gets what is lacking from Debian and npm; without it what is lacking is said, and nothing is installed. --bin: programs that are
-# built already; else a release with the tests' programs is built in build/bench. Scenes, pictures and sheets are left in build/peer.
+#   tests/peer/run.sh [--no-install] [--bin FOLDER] [pairs.py's options: --samples N, --size WxH, --threads N, --only NAME …]
+#   tests/peer/run.sh --duel [--no-install] [--bin FOLDER] [duel.py's options: those, --seeds N, …]: speed and noise, from many seeds
+# What is lacking is got from Debian and npm; with --no-install it is said, and nothing is installed. --bin: programs that are built already;
+# else a release with the tests' programs is built in build/bench. Scenes, pictures and sheets are left in build/peer.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-install=
+install=1
 bin=
 duel=
 while [ $# -gt 0 ]; do
   case "$1" in
-    --install) install=1; shift ;;
+    --no-install) install=; shift ;;
     --duel) duel=1; shift ;;
     --bin) bin=${2:?--bin needs a folder}; shift 2 ;;
     -h | --help) sed -n '2,6s/^# \?//p' "$0"; exit 0 ;;
@@ -37,7 +37,7 @@ if [ ${#lacking[@]} -gt 0 ] && [ -n "$install" ] && [ -z "$duel" ] && command -v
   lacking=()
 fi
 if [ ${#lacking[@]} -gt 0 ]; then
-  printf 'tests/peer/run.sh: lacking:'; printf ' %s;' "${lacking[@]}"; printf ' --install gets what Debian and npm have\n'
+  printf 'tests/peer/run.sh: lacking:'; printf ' %s;' "${lacking[@]}"; printf ' without --no-install what Debian and npm have is got\n'
   exit 2
 fi >&2
 
