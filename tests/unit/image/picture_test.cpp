@@ -204,6 +204,27 @@ TEST(Metadata, of_a_job_names_scene_camera_seed_samples_integrator_sampler_and_f
   EXPECT_EQ(metadata.text("capDate"), "2001:09:09 01:46:40");
 }
 
+TEST(Metadata, of_a_job_says_how_light_was_clamped_only_where_it_was) {
+  JobSpec job;
+  const auto of_the_file = [&] {
+    return read_exr(encode_exr(make_frame(2, 2), metadata_of(job, 1))).metadata;
+  };
+  const auto value = [](const Metadata& metadata, const char* name) {
+    const AttributeValue* const found = metadata.find(name);
+    return found == nullptr ? -1 : std::get<double>(*found);
+  };
+  EXPECT_EQ(of_the_file().find("tessera.clamp_direct"), nullptr);
+  EXPECT_EQ(of_the_file().find("tessera.clamp_indirect"), nullptr);
+  job.render.clamp_direct = 5;
+  EXPECT_EQ(value(of_the_file(), "tessera.clamp_direct"), 5);
+  EXPECT_EQ(of_the_file().find("tessera.clamp_indirect"), nullptr);
+  job.render.clamp_indirect = 0.3;
+  EXPECT_EQ(value(of_the_file(), "tessera.clamp_direct"), 5);
+  EXPECT_EQ(value(of_the_file(), "tessera.clamp_indirect"), 0.3);
+  job.render.clamp_direct = 0;
+  EXPECT_EQ(of_the_file().find("tessera.clamp_direct"), nullptr);
+}
+
 TEST(ReadExr, reads_half_floats_and_tiles_and_a_window_that_is_not_at_the_corner) {
   const auto path = temporary("tessera_half_test.exr");
   const Imath::Box2i window({-3, 2}, {4, 7});
