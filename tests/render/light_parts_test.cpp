@@ -82,7 +82,9 @@ TEST_P(ReadyScenes, AreTheSumOfTheirParts) {
 
 INSTANTIATE_TEST_SUITE_P(LightParts, ReadyScenes,
                          testing::Values("cornell", "cornell-glass", "veach-mis", "material-lineup",
-                                         "bokeh"));
+                                         "bokeh", "interior", "panorama", "caustics", "windmills",
+                                         "perfume/perfume", "report/furnace", "report/report",
+                                         "report/sky", "shadow-catcher"));
 
 /// A wall before the camera, and a lamp behind the camera.
 SceneMaker wall_and_lamp(std::uint32_t (SceneMaker::*wall)(double)) {
