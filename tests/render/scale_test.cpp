@@ -9,16 +9,55 @@
 namespace tessera::render::proof {
 namespace {
 
-/// All kinds of shapes and lights in a room, and light that comes in by a window.
-SceneMaker room() {
-  SceneMaker maker;
-  maker.add(maker.diffuse(0.7), scene::Box{{-1, -1, -1}, {1, 1, 1}});
+/// Walls of a room from −1 to 1, with a window in the left one and a lamp behind the ceiling's
+/// middle.
+void add_walls(SceneMaker& maker) {
+  const std::uint32_t wall = maker.diffuse(0.7);
+  maker.add(wall, scene::Quad{{-1, -1, 1}, {2, 0, 0}, {0, 0, -2}});  // the floor
+  maker.add(wall, scene::Quad{{-1, 1, -1}, {2, 0, 0}, {0, 0, 2}});   // the ceiling
+  maker.add(wall, scene::Quad{{-1, -1, -1}, {2, 0, 0}, {0, 2, 0}});  // at the back
+  maker.add(wall, scene::Quad{{1, -1, 1}, {-2, 0, 0}, {0, 2, 0}});   // behind the camera
+  maker.add(wall, scene::Quad{{1, -1, -1}, {0, 0, 2}, {0, 2, 0}});   // at the right
+  maker.add(wall, scene::Box{{-1.125, -1, -1}, {-1, -0.25, 1}});     // below the window …
+  maker.add(wall, scene::Box{{-1.125, 0.625, -1}, {-1, 1, 1}});      // … above,
+  maker.add(wall, scene::Box{{-1.125, -0.25, -1}, {-1, 0.625, -0.5}});
+  maker.add(wall, scene::Box{{-1.125, -0.25, 0.25}, {-1, 0.625, 1}});  // … and beside it
+}
+
+/// Lamps of all shapes, a bulb and a spot without any; the sky and a sun beyond the window.
+void add_lights(SceneMaker& maker) {
   maker.add(maker.emitter(5), scene::Quad{{-0.3, 0.96875, -0.3}, {0.6, 0, 0}, {0, 0, 0.6}});
   maker.add(maker.emitter(4), scene::Disk{{0.9375, 0.2, 0}, {-1, 0, 0}, 0.2});
   maker.add(maker.emitter(20), scene::Sphere{{-0.5, 0.3, -0.5}, 0.05});
+  maker.add(maker.emitter(9), ball(1, false),
+            translate(0.5, 0.4, -0.6) * rotate({1, 2, 0.5}, 33) * scale(0.1, 0.1, 0.1));
+  maker.environment(2);
+  maker.description.lights.push_back(
+      {.name = "sun",
+       .shape = scene::DirectionalLight{
+           .direction = {1, -0.6, -0.2}, .irradiance = {6, 6, 6}, .angle_degrees = 0.53}});
+  maker.description.lights.push_back(
+      {.name = "bulb", .shape = scene::PointLight{{0.7, 0.7, 0.6}, {0.3, 0.3, 0.3}}});
+  maker.description.lights.push_back(
+      {.name = "spot", .shape = scene::SpotLight{{0, 0.9, 0.8}, {0, -1, -1.2}, {1, 1, 1}, 10, 25}});
+}
+
+/// All kinds of shapes and lights in a room, and light that comes in by a window, seen through a
+/// lens. Not in it is what has lengths or powers of its own, which no transform scales: glass that
+/// absorbs, bump maps, pictures of surroundings, which stand still.
+SceneMaker room() {
+  SceneMaker maker;
+  add_walls(maker);
+  add_lights(maker);
   maker.add(maker.dielectric(1.5), scene::Sphere{{-0.4, -0.6, -0.3}, 0.35});
   maker.add(maker.mirror(0.9), scene::Box{{0.3, -0.9, -0.8}, {0.6, -0.2, -0.5}});
   maker.add(maker.diffuse(0.4), ball(3, true), translate(0.4, -0.6, 0.1) * scale(0.3, 0.3, 0.3));
+  scene::Principled paint;
+  paint.roughness.factor = 0.35;
+  maker.description.materials.push_back({"paint", paint});
+  const auto painted = static_cast<std::uint32_t>(maker.description.materials.size() - 1);
+  maker.add(painted, scene::Disk{{0.1, 0, -0.96875}, {0, 0, 1}, 0.4});
+  maker.add(painted, ball(2, true), translate(-0.1, -0.8, 0.4) * scale(0.25, 0.125, 0.125));
   scene::Object pair;
   pair.name = "pair";
   scene::Shape part;
@@ -29,6 +68,7 @@ SceneMaker room() {
   maker.description.instances = {{0, translate(0, -0.7, 0.3) * scale(0.125, 0.25, 0.125)},
                                  {0, translate(0.125, -0.7, -0.25) * scale(0.125, 0.25, 0.125)}};
   maker.look({0, 0, 0.95}, {0, 0, -1}, 70);
+  maker.description.cameras[0].lens = {.radius = 0.03, .focus_distance = 1.5, .blades = 5};
   return maker;
 }
 

@@ -97,14 +97,28 @@ SceneMaker& SceneMaker::moved(const scene::Transform& move) {
     const scene::Vec3 t = turned(v);
     return scene::Vec3{t[0] + move.m[3], t[1] + move.m[7], t[2] + move.m[11]};
   };
+  const double grown = scene::uniform_scale(move).value_or(1);
   for (scene::Shape& shape : description.shapes) shape.to_world = move * shape.to_world;
   for (scene::Instance& instance : description.instances) {
     instance.to_world = move * instance.to_world;
+  }
+  for (scene::PunctualLight& light : description.lights) {
+    std::visit(
+        [&](auto& shape) {
+          if constexpr (requires { shape.position; }) {
+            shape.position = placed(shape.position);
+            for (double& channel : shape.intensity) channel *= grown * grown;
+          }
+          if constexpr (requires { shape.direction; }) shape.direction = turned(shape.direction);
+        },
+        light.shape);
   }
   for (scene::Camera& camera : description.cameras) {
     camera.eye = placed(camera.eye);
     camera.target = placed(camera.target);
     camera.up = turned(camera.up);
+    camera.lens.radius *= grown;
+    camera.lens.focus_distance *= grown;
   }
   return *this;
 }

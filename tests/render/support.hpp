@@ -32,7 +32,8 @@ class SceneMaker {
   SceneMaker& environment(double radiance);
   SceneMaker& look(scene::Vec3 eye, scene::Vec3 target, double fov_degrees = 0.001,
                    scene::Vec3 up = {0.0123, 1, 0.0345});
-  /// Moves everything, camera too.
+  /// Moves everything but the environment: shapes, camera and its lens, lights without a size,
+  /// which get as much brighter as their light has further to go.
   SceneMaker& moved(const scene::Transform& move);
   /// … by a uniform scale, then a shift.
   SceneMaker& scaled(double factor, scene::Vec3 shift);
