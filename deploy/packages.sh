@@ -16,7 +16,7 @@ for purpose in "$@"; do
       nlohmann-json3-dev libsqlite3-dev libspdlog-dev libfmt-dev libcli11-dev libssl-dev libpng-dev libjpeg-dev libwebp-dev libisal-dev
       libtinyobjloader-dev libtinygltf-dev libmeshoptimizer-dev libdraco-dev libstb-dev fonts-dejavu-core) ;;
     test) wanted+=(libgtest-dev libgmock-dev libbenchmark-dev nodejs) ;;
-    peer) wanted+=(blender python3-numpy) ;;
+    peer) wanted+=(blender python3-numpy npm) ;;
     plot) wanted+=(gnuplot-nox bsdextrautils) ;;
     check) wanted+=(clang-format clang-tidy clang libclang-rt-dev llvm) ;;
     *) echo "packages.sh: unknown purpose \"$purpose\" (expected build, test, check, plot or peer)" >&2; exit 2 ;;

@@ -1,11 +1,12 @@
 # relMSE against samples a pixel, a scene a panel.
-width = 1100; height = 900
+width = 1100; height = 900  # of nine panels
 load "scenes/report/plots/style.gp"
 set output folder."/convergence.png"
 data = folder."/points.tsv"
 scenes = system("cut -f 1 ".data." | uniq")
+rows = (words(scenes) + 2) / 3
 stats data using 4 nooutput name "error"
-set multiplot layout 3,3
+set multiplot layout rows,3
 set logscale xy
 set logscale x 4
 set format y "%.0e"
@@ -17,7 +18,6 @@ set key bottom left
 of(name, sampler) = strcol(1) eq name && strcol(2) eq sampler
 do for [name in scenes] {
   set title name
-  first = 1
   # Half the power of RMSE is plain Monte Carlo's: relMSE falls as one over the samples.
   stats data using (of(name, "independent") && $3 == 4 ? $4 : 1/0) nooutput name "start"
   plot 4 * start_max / x with lines lc rgb "#bbbbbb" dt 2 title "one over the samples", \

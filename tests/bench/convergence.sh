@@ -12,8 +12,8 @@ counts=4,16,64,256
 mkdir -p "$out"
 if [ $# -eq 0 ]; then
   cmake --build build/bench --target tessera-scenes -- --quiet
-  "$bin/tessera-scenes" lake "$out/lake" >/dev/null
-  set -- scenes/{cornell,cornell-glass,veach-mis,material-lineup,interior,bokeh,panorama,caustics}.json "$out/lake/lake.json"
+  "$bin/tessera-scenes" lake "$out/scenes" >/dev/null
+  set -- scenes/{cornell,cornell-glass,veach-mis,material-lineup,interior,bokeh,panorama,caustics}.json "$out/scenes/lake.json"
 fi
 : >"$out/points.tsv"
 
@@ -44,4 +44,6 @@ for scene in "$@"; do
       }
     }' | sort
 done
+# Lines join what stands together.
+sort -t $'\t' -k1,1 -k2,2 -k3,3n -o "$out/points.tsv" "$out/points.tsv"
 if command -v gnuplot >/dev/null; then gnuplot -e "folder='$out'" tests/bench/convergence.gp; fi

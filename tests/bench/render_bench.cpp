@@ -331,16 +331,24 @@ const Named known[] = {
     {"million_principled", [] { return million(principled()); }},
 };
 
-/// A name of `known`, or a scene's file.
+const Named* find(const std::string& name) {
+  const Named* const found = std::find_if(std::begin(known), std::end(known),
+                                          [&](const Named& one) { return name == one.name; });
+  return found == std::end(known) ? nullptr : found;
+}
+
+void check(const std::string& name) {
+  if (find(name) != nullptr || std::filesystem::exists(name)) return;
+  throw Error(ErrorKind::bad_input,
+              fmt::format("no scene \"{}\": expected cornell, million, million_principled, or a "
+                          "scene's file",
+                          name));
+}
+
 void measure_one(const std::string& name) {
-  for (const Named& one : known)
-    if (name == one.name) return measure(name, one.make(), Measured::share);
+  const Named* const one = find(name);
+  if (one != nullptr) return measure(name, one->make(), Measured::share);
   const std::filesystem::path file = name;
-  if (!file.has_extension())
-    throw Error(ErrorKind::bad_input,
-                fmt::format("no scene \"{}\": expected cornell, million, million_principled, or "
-                            "a scene's file",
-                            name));
   measure(file.stem().string(), scene::load_scene(file).scene, Measured::share);
 }
 
@@ -357,6 +365,7 @@ int main(int argc, char** argv) {
     action.sa_sigaction = on_tick;
     action.sa_flags = SA_SIGINFO | SA_RESTART;
     sigaction(SIGPROF, &action, nullptr);
+    for (int i = 1; i < argc; ++i) check(argv[i]);
     for (int i = 1; i < argc; ++i) measure_one(argv[i]);
     if (argc > 1) return 0;
     for (const Named& one : known) measure(one.name, one.make(), Measured::all);

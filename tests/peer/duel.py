@@ -21,7 +21,10 @@ def parsed():
     parser.add_argument("--bounces", type=int, default=12)
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--only", nargs="+", help="scenes, by name; else all")
-    return parser.parse_args()
+    options = parser.parse_args()
+    if options.samples < 2:
+        parser.error("--samples must be 2 or more: what one takes is taken off")
+    return options
 
 
 def write_scenes(folder):
@@ -37,6 +40,8 @@ def fight(scene, options):
     """Renders by turns; what both took, and how far their pictures are off."""
     both = [Tessera(scene, options), Cycles(scene, options)]
     ours, theirs = (renderer.pilot() for renderer in both)
+    if min(ours, theirs) <= 0:
+        sys.exit("duel.py: the pilot run is too short to be timed: more --samples, or a larger --size")
     both[0].samples = max(2, round(options.samples * theirs / ours))
     for seed in range(1, options.seeds + 1):
         for renderer in both:

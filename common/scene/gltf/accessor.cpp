@@ -21,7 +21,6 @@ std::size_t size_of_component(int type) {
   return static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(type)));
 }
 
-/// One number; integers that stand for fractions become them.
 /// By way of a signed number where it is of 32 unsigned bits, for which there is an instruction:
 /// for vectors of unsigned ones g++ puts two halves together by a contracted one. Its product is
 /// exact, but the house's test tells none from another.
@@ -32,6 +31,7 @@ To converted(From value) {
   return static_cast<To>(value);
 }
 
+/// One number; integers that stand for fractions become them.
 template <class From, class To>
 To number_from(const std::byte* at, bool normalized) {
   From value;

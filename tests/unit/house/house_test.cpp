@@ -199,8 +199,8 @@ Multiplications multiplications(const std::string& program) {
 }
 
 /// A product that is rounded only with its sum is another number, so a worker built by another
-/// compiler would send other bits. Of the worker that is tested: run it again with TESSERA_BIN_DIR
-/// set to a release's.
+/// compiler would send other bits. Of the worker that is tested here; tests/bench/run.sh looks at
+/// a release's.
 TEST(House, no_product_is_contracted_with_its_sum) {
   const Multiplications worker = multiplications("tessera-worker");
   ASSERT_TRUE(worker.all_were_read) << "objdump could not read tessera-worker";
